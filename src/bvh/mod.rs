@@ -1,0 +1,3 @@
+//! Hierarchies of boxes.
+/// Placeholder
+pub struct Bvh;

@@ -1,0 +1,13 @@
+//! Colour, hashing, sample sequences and affine transforms: arithmetic that knows nothing of scenes.
+
+mod affine;
+mod hash;
+mod rgb;
+mod sobol;
+mod srgb;
+
+pub use affine::Affine;
+pub use hash::{SplitMix64, hash_pixel};
+pub use rgb::Rgb;
+pub use sobol::sample_in_pixel;
+pub use srgb::{linear_to_srgb8, srgb_to_linear, srgb8_to_linear};

@@ -1,0 +1,97 @@
+//! Sample positions inside a pixel.
+
+use super::hash::{hash_pixel, lowbias32};
+
+/// Position of sample `index` in pixel (x, y), in [0, 1)²; sample 0 is the pixel's centre.
+///
+/// The first two dimensions of Sobol' form a (0,2) sequence: every prefix of 2^k samples puts one into each of the 2^k
+/// elementary intervals of any shape. They are Owen-scrambled by hashing (Laine and Karras 2011 in the form of Burley,
+/// "Practical Hash-based Owen Scrambling", JCGT 9(4) 2020), with a seed a pixel. A digital shift then moves sample 0 to
+/// the centre: it permutes elementary intervals, so the stratification is untouched, and one sample a pixel is exactly
+/// the pixel centre that closed forms speak of.
+///
+/// The position depends on the pixel and the index alone, so any order of tracing gives the same picture.
+pub fn sample_in_pixel(x: u32, y: u32, index: u32) -> (f64, f64) {
+    let seed = hash_pixel(x, y);
+    let (seed_u, seed_v) = (lowbias32(seed ^ 0x68bc_21eb), lowbias32(seed ^ 0x02e5_be93));
+    let half = 0x8000_0000;
+    let u = owen_scramble(sobol_0(index), seed_u) ^ owen_scramble(0, seed_u) ^ half;
+    let v = owen_scramble(sobol_1(index), seed_v) ^ owen_scramble(0, seed_v) ^ half;
+    let scale = 2f64.powi(-32);
+    (f64::from(u) * scale, f64::from(v) * scale)
+}
+
+/// First Sobol' dimension: the radical inverse in base 2.
+fn sobol_0(index: u32) -> u32 {
+    index.reverse_bits()
+}
+
+/// Second Sobol' dimension (primitive polynomial x + 1): direction numbers are the rows of Pascal's triangle mod 2.
+fn sobol_1(mut index: u32) -> u32 {
+    let (mut result, mut direction) = (0, 1u32 << 31);
+    while index != 0 {
+        if index & 1 != 0 {
+            result ^= direction;
+        }
+        index >>= 1;
+        direction ^= direction >> 1;
+    }
+    result
+}
+
+/// Nested uniform scrambling: bit k of the result depends on bits 0..=k of the input only, counted from the top.
+fn owen_scramble(v: u32, seed: u32) -> u32 {
+    let mut v = v.reverse_bits();
+    v = v.wrapping_add(seed);
+    v ^= v.wrapping_mul(0x6c50_b47c);
+    v ^= v.wrapping_mul(0xb82f_1e52);
+    v ^= v.wrapping_mul(0xc7af_e638);
+    v ^= v.wrapping_mul(0x8d22_f6e6);
+    v.reverse_bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sample_zero_is_the_pixel_centre() {
+        for (x, y) in [(0, 0), (7, 3), (1919, 1079), (u32::MAX, 0)] {
+            assert_eq!(sample_in_pixel(x, y, 0), (0.5, 0.5));
+        }
+    }
+
+    #[test]
+    fn every_power_of_two_prefix_fills_all_elementary_intervals_once() {
+        for (x, y) in [(0, 0), (5, 9), (639, 479)] {
+            for log_n in 0..=8u32 {
+                let n = 1u32 << log_n;
+                for log_columns in 0..=log_n {
+                    let (columns, rows) = (1u32 << log_columns, 1u32 << (log_n - log_columns));
+                    let mut seen = vec![false; n as usize];
+                    for i in 0..n {
+                        let (u, v) = sample_in_pixel(x, y, i);
+                        let cell = (u * f64::from(columns)) as u32 + columns * (v * f64::from(rows)) as u32;
+                        assert!(!std::mem::replace(&mut seen[cell as usize], true), "{columns}x{rows} in ({x},{y})");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_mean_over_many_pixels_is_unbiased_within_its_standard_error() {
+        let (n, pixels) = (16, 4096);
+        let (mut su, mut sv) = (0.0, 0.0);
+        for p in 0..pixels {
+            for i in 0..n {
+                let (u, v) = sample_in_pixel(p % 64, p / 64, i);
+                su += u;
+                sv += v;
+            }
+        }
+        let count = f64::from(n * pixels);
+        // A stratified mean of 16 has a deviation below 1/16 of a stratum a sample.
+        assert!((su / count - 0.5).abs() < 2e-3 && (sv / count - 0.5).abs() < 2e-3, "{} {}", su / count, sv / count);
+    }
+}

@@ -1,0 +1,54 @@
+//! The exact sRGB transfer curve (IEC 61966-2-1), both ways.
+
+use std::sync::LazyLock;
+
+/// sRGB-encoded value in 0..=1 to linear.
+pub fn srgb_to_linear(v: f64) -> f64 {
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The linear value of each 8-bit code.
+static DECODE: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|c| srgb_to_linear(c as f64 / 255.0)));
+
+/// `THRESHOLD[c]` is the smallest linear value whose code is above `c`: the curve at (c + 1/2) / 255. Comparing with
+/// these rounds the exact curve half up without evaluating a power per pixel.
+static THRESHOLD: LazyLock<[f64; 255]> =
+    LazyLock::new(|| std::array::from_fn(|c| srgb_to_linear((c as f64 + 0.5) / 255.0)));
+
+/// 8-bit sRGB code to linear.
+pub fn srgb8_to_linear(code: u8) -> f64 {
+    DECODE[code as usize]
+}
+
+/// Linear value to the nearest 8-bit sRGB code, half up, clamped. NaN gives 0.
+pub fn linear_to_srgb8(v: f64) -> u8 {
+    THRESHOLD.partition_point(|&t| t <= v) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_survives_decoding_and_encoding() {
+        for c in 0..=255 {
+            assert_eq!(linear_to_srgb8(srgb8_to_linear(c)), c);
+        }
+    }
+
+    #[test]
+    fn encoding_rounds_the_curve_half_up_and_clamps() {
+        let curve = |v: f64| if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+        for i in 0..=200_000 {
+            let v = i as f64 / 190_000.0 - 0.02;
+            let exact = curve(v).clamp(0.0, 1.0) * 255.0;
+            // Within rounding of a half-way point either neighbour is right.
+            if (exact.fract() - 0.5).abs() > 1e-9 {
+                assert_eq!(linear_to_srgb8(v), exact.round() as u8, "at {v}");
+            }
+        }
+        assert_eq!(linear_to_srgb8(f64::NAN), 0);
+        assert_eq!(linear_to_srgb8(f64::INFINITY), 255);
+        assert_eq!(linear_to_srgb8(f64::NEG_INFINITY), 0);
+    }
+}

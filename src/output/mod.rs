@@ -1,0 +1,1 @@
+//! Pictures to files, whole or not at all.

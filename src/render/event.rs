@@ -1,0 +1,107 @@
+//! What workers report.
+
+use super::{Pass, Rect};
+use std::fmt;
+use std::time::Duration;
+
+/// One report of a running render. Events of one tile come in order.
+#[derive(Clone, Debug)]
+pub enum RenderEvent {
+    /// A worker begins with a tile.
+    TileStarted {
+        /// Index of the worker.
+        worker: usize,
+        /// Its pixels.
+        rect: Rect,
+        /// The samples being traced.
+        pass: Pass,
+    },
+    /// A worker is done with one pass over a tile.
+    TileFinished {
+        /// Index of the worker.
+        worker: usize,
+        /// Pixels as they are known now.
+        tile: TileImage,
+        /// What it took.
+        stats: TileStats,
+        /// The samples that were traced.
+        pass: Pass,
+    },
+    /// Every tile has got all its samples; the last event.
+    Finished,
+    /// A worker panicked; the render is over.
+    Failed(RenderError),
+}
+
+/// The pixels of a finished tile, to be put into a film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileImage {
+    /// Where they belong.
+    pub rect: Rect,
+    /// Linear radiance, row by row, `rect.width * rect.height`. Pixels without a sample yet hold that of the nearest
+    /// lattice point up and left.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// What one pass over one tile took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TileStats {
+    /// Samples traced.
+    pub samples: u64,
+    /// Rays traced, by kind.
+    pub rays: RayCounts,
+    /// Samples whose radiance was not finite: counted and left out of the picture.
+    pub non_finite: u64,
+    /// Time spent tracing.
+    pub busy: Duration,
+}
+
+/// Rays by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the eye.
+    pub camera: u64,
+    /// To lights.
+    pub shadow: u64,
+    /// Mirrored.
+    pub reflection: u64,
+    /// Through glass.
+    pub refraction: u64,
+}
+
+impl RayCounts {
+    /// All kinds together.
+    pub fn total(&self) -> u64 {
+        self.camera + self.shadow + self.reflection + self.refraction
+    }
+}
+
+impl std::ops::AddAssign for RayCounts {
+    fn add_assign(&mut self, o: Self) {
+        self.camera += o.camera;
+        self.shadow += o.shadow;
+        self.reflection += o.reflection;
+        self.refraction += o.refraction;
+    }
+}
+
+/// Why a render stopped before its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderError {
+    /// The worker that failed.
+    pub worker: usize,
+    /// What its panic said.
+    pub message: String,
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "render thread {} failed: {} (this is a bug in glimt; the picture so far is kept)",
+            self.worker, self.message
+        )
+    }
+}
+
+impl std::error::Error for RenderError {}

@@ -1,0 +1,19 @@
+//! From a compiled scene to a stream of finished tiles.
+//!
+//! [`start`] hands the scene to worker threads and returns a [`RenderHandle`] at once. Tiles come back by value over
+//! the handle's own channel; a [`Film`] collects them into the picture, a [`Progress`] into numbers. The picture is a
+//! function of the scene alone: bit-identical for any thread count, tile size, pause and resume.
+
+mod event;
+mod film;
+mod job;
+mod pass;
+mod progress;
+mod tile;
+
+pub use event::{RayCounts, RenderError, RenderEvent, TileImage, TileStats};
+pub use film::Film;
+pub use job::{RenderHandle, Settings, default_threads, start};
+pub use pass::Pass;
+pub use progress::{Eta, Progress, WorkerProgress};
+pub use tile::{Rect, Tile};
