@@ -1,3 +1,7 @@
 //! argv -> command -> exit code.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    glimt::cli::run(std::env::args_os())
+}
