@@ -78,6 +78,11 @@ const SINGLE: [&str; 4] = [FILM, CAMERA, WORLD, RENDER];
 /// Titles of the sections of which there may be many.
 const REPEATED: [&str; 3] = [LIGHT, MATERIAL, OBJECT];
 
+/// The titles of all sections.
+fn titles() -> impl Iterator<Item = &'static str> {
+    SINGLE.into_iter().chain(REPEATED)
+}
+
 /// The key of a section: its title without the brackets.
 fn key_of(title: &'static str) -> &'static str {
     title.trim_matches(['[', ']'])
@@ -98,7 +103,7 @@ fn tables<'a>(root: &'a DeTable<'a>, title: &'static str) -> impl Iterator<Item 
 fn check_sections<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>) {
     for (key, value) in root {
         let name: &'a str = key.get_ref();
-        let title = SINGLE.into_iter().chain(REPEATED).find(|title| key_of(title) == name);
+        let title = titles().find(|title| key_of(title) == name);
         match (title, value.get_ref()) {
             (None, found) => unknown_section(report, key.span(), name, found),
             (Some(title), DeValue::Table(_)) if SINGLE.contains(&title) => {}
@@ -118,7 +123,6 @@ fn check_sections<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>) {
 fn unknown_section<'a>(report: &mut Report<'a>, span: Span, name: &'a str, found: &DeValue<'_>) {
     let is_section = found.is_table() || found.is_array();
     report.mistake(span, move || {
-        let titles = || SINGLE.into_iter().chain(REPEATED);
         let (what, otherwise) = if is_section {
             ("section", "not known")
         } else {
@@ -157,8 +161,11 @@ fn check_names<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>, title: &'stat
         let (source, at) = (report.text, earlier.start);
         report.mistake(name.span(), move || {
             let line = 1 + source.bytes().take(at).filter(|byte| *byte == b'\n').count();
-            Words::new(format!("two {title} have the name {}", quoted(text)), format!("the first is in line {line}"))
-                .help(format!("every {} needs a name of its own", key_of(title)))
+            Words::new(
+                format!("two {title} sections have the name {}", quoted(text)),
+                format!("the first is in line {line}"),
+            )
+            .help(format!("every {} needs a name of its own", key_of(title)))
         });
     }
 }

@@ -3,7 +3,7 @@
 
 use super::nearest::quoted;
 use super::report::{Report, Words};
-use super::{LIGHT, MATERIAL, OBJECT, REPEATED, Span, Toml, key_of};
+use super::{REPEATED, Span, Toml, key_of, titles};
 use toml::de::{DeTable, DeValue, Error};
 
 /// Adds the parser's `errors`, and removes the mistakes of the report that may be consequences of them.
@@ -13,19 +13,17 @@ pub(super) fn check<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>, errors: 
         errors.iter().map(|error| (error.span().unwrap_or(0..0), error.message())).collect();
     errors.sort_by_key(|(span, _)| span.start);
 
-    // Nothing after an array or a table that is never closed is what it seems.
+    // Nothing after a value that is never closed is what it seems.
     let unclosed = errors
         .iter()
-        .find(|(_, message)| message.starts_with("unclosed array,") || message.starts_with("unclosed inline table,"))
+        .find(|(_, message)| UNCLOSED.iter().any(|start| message.starts_with(start)))
         .and_then(|(end, _)| root.values().filter_map(|value| opening(text, value, end.start)).min());
-    if let Some(open) = unclosed {
-        let (what, close) =
-            if slice(text, &(open..text.len())).starts_with('[') { ("array", "]") } else { ("table", "}") };
+    if let Some((open, what, close)) = unclosed {
         report.syntax(open..line_around(text, open).end, move || {
             Words::new(format!("this {what} is not closed"), format!("the {close} is missing"))
         });
     }
-    let readable = unclosed.unwrap_or(text.len());
+    let readable = unclosed.map_or(usize::MAX, |(open, ..)| open);
 
     let mut doubtful: Vec<Span> = Vec::new();
     let mut told = None;
@@ -51,8 +49,12 @@ pub(super) fn check<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>, errors: 
         } else {
             told = Some(line.start);
             doubtful.push(section.unwrap_or(line.start..line.end + 1));
-            let (message, at) = (message.to_owned(), span.clone());
-            report.syntax(span, move || words(text, at, &message));
+            if let Some(comment) = foreign_comment(text, &line) {
+                report.syntax(comment, || Words::new("this is not a line of a scene", "a comment begins with #"));
+            } else {
+                let (message, at) = (message.to_owned(), span.clone());
+                report.syntax(span, move || words(text, at, &message));
+            }
         }
     }
     if !doubtful.is_empty() || unclosed.is_some() {
@@ -62,13 +64,29 @@ pub(super) fn check<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>, errors: 
     }
 }
 
-/// Where the array or inline table begins that is still open at `end`; of nested ones the outermost.
-fn opening(text: &str, toml: &Toml<'_>, end: usize) -> Option<usize> {
+/// How the parser's messages begin where a value of many lines has no end.
+const UNCLOSED: [&str; 4] = [
+    "unclosed array,",
+    "unclosed inline table,",
+    "invalid multi-line basic string, expected `\"`",
+    "invalid multi-line literal string, expected `'`",
+];
+
+/// Where a value begins that is still open at `end`, or ends without its bracket; what it is, and what would close it.
+/// Of nested ones the outermost.
+fn opening(text: &str, toml: &Toml<'_>, end: usize) -> Option<(usize, &'static str, &'static str)> {
     let span = toml.span();
-    let is_open = |bracket| span.start < end && end <= span.end && slice(text, &span).starts_with(bracket);
+    let content = slice(text, &span);
+    let is_open = |from: &str, to: &str| {
+        content.starts_with(from) && (span.end == end || span.contains(&end) || !content.ends_with(to))
+    };
     match toml.get_ref() {
-        DeValue::Array(_) if is_open('[') => Some(span.start),
-        DeValue::Table(_) if is_open('{') => Some(span.start),
+        DeValue::Array(_) if is_open("[", "]") => Some((span.start, "array", "]")),
+        DeValue::Table(_) if is_open("{", "}") => Some((span.start, "table", "}")),
+        DeValue::String(_) if span.end == end && content.starts_with("\"\"\"") => {
+            Some((span.start, "string", "\"\"\""))
+        }
+        DeValue::String(_) if span.end == end && content.starts_with("'''") => Some((span.start, "string", "'''")),
         DeValue::Array(array) => array.iter().find_map(|element| opening(text, element, end)),
         DeValue::Table(table) => table.values().find_map(|value| opening(text, value, end)),
         _ => None,
@@ -106,6 +124,13 @@ fn section_around(text: &str, line: &Span) -> Span {
     line.start..end + 1
 }
 
+/// What is a comment in other languages, if the line begins as one.
+fn foreign_comment(text: &str, line: &Span) -> Option<Span> {
+    let content = slice(text, line).trim_start();
+    let is_comment = ["//", "/*", "--", ";"].iter().any(|mark| content.starts_with(mark));
+    is_comment.then(|| line.end - content.len()..line.end)
+}
+
 fn duplicate(text: &str, span: Span) -> Words {
     let title = slice(text, &line_around(text, span.start)).trim();
     let key = quoted(slice(text, &span));
@@ -122,26 +147,23 @@ fn words(text: &str, span: Span, message: &str) -> Words {
     let line = line_around(text, span.start);
     let (before, content) = (slice(text, &(line.start..span.start)).trim(), slice(text, &line).trim());
     let found = slice(text, &(span.start..span.end.min(line.end))).trim();
-    if ["//", ";", "--", "/*"].iter().any(|mark| content.starts_with(mark)) {
-        return Words::new("this is not a line of a scene", "a comment begins with #");
-    }
     let (problem, expected) = message.split_once(", expected ").unwrap_or((message, ""));
     match problem {
         "string values must be quoted" => unquoted(slice(text, &line), before, found),
-        "key with no value" | "missing value for key" | "invalid unquoted key"
-            if before.contains(':') || found == ":" =>
-        {
+        _ if slice(text, &(span.start..text.len())).starts_with(':') => {
             Words::new("a key and its value are divided by =", "not by a colon").help("write key = value")
         }
         "key with no value" | "missing value for key" => {
             Words::new("a key needs a value", "= is missing here").help("write key = value")
         }
+        "extra `=`" => Words::new("one = is enough", "remove this"),
+        "missing assignment between key-value pairs" => Words::new("a key needs a value", "= is missing here"),
         "missing value" => Words::new("a key needs a value", "the value is missing"),
         "invalid unquoted key" => Words::new("this cannot stand in a key", "letters, digits, _ and - can"),
         "unclosed table" | "unclosed array table" => {
             let close = if content.starts_with("[[") { "]]" } else { "]" };
             Words::new("the title of the section is not closed", format!("{close} is missing"))
-                .help(format!("titles: [film], .., and {LIGHT}, {MATERIAL}, {OBJECT}"))
+                .help(format!("titles: {}", titles().collect::<Vec<_>>().join(", ")))
         }
         "unquoted keys cannot be empty" => Words::new("a name is missing", "here"),
         "missing comma between array elements" | "missing comma between key-value pairs" => {
@@ -150,6 +172,7 @@ fn words(text: &str, span: Span, message: &str) -> Words {
         "invalid basic string" | "invalid literal string" if expected.len() <= 3 => {
             Words::new("the string is not closed", "the quote is missing")
         }
+        "invalid basic string" | "invalid literal string" => Words::new("a control character in a string", "remove it"),
         "missing escaped value"
         | "invalid escape sequence"
         | "invalid unicode 4-digit hex code"
@@ -161,8 +184,16 @@ fn words(text: &str, span: Span, message: &str) -> Words {
         "invalid mantissa" => Words::new("this is not a number", "a digit is missing before or after the point")
             .help("write 0.5 for .5 and 1.0 for 1."),
         "invalid exponent" => Words::new("this is not a number", "digits are missing after the e"),
-        "invalid float" | "invalid integer" | "invalid number" => Words::new("this is not a number", "wrong from here"),
-        "unexpected key or value" => Words::new("there is more than one value", "a new line must begin before this"),
+        "invalid float" | "invalid integer" if found.contains('=') => {
+            Words::new("a line holds one key and one value", "a new line must begin here")
+        }
+        "invalid float" | "invalid integer" => Words::new("this is not a number", "wrong from here"),
+        "unexpected key or value" if slice(text, &(span.start..text.len())).starts_with(',') => {
+            Words::new("several numbers need brackets", "write [1, 2, 3]")
+        }
+        "unexpected key or value" => {
+            Words::new("a line holds one key and one value", "a new line must begin before this")
+        }
         "cannot recurse further; max recursion depth met" => {
             Words::new("arrays and tables are nested too deeply", "no scene needs so many")
         }
@@ -191,11 +222,18 @@ fn unquoted(line: &str, before: &str, found: &str) -> Words {
     if found.starts_with(['“', '”', '‘', '’', '„', '«', '`']) {
         return Words::new(message, "these are other quotes").help("write \" before and after");
     }
-    if found.contains(' ') && found.split_whitespace().all(is_number) {
+    let is_many = found.contains([' ', ',']) && found.split([' ', ',']).filter(|word| !word.is_empty()).all(is_number);
+    if is_many && line.contains('[') {
         return Words::new("a comma is missing", "numbers of an array are divided by commas");
     }
+    if is_many {
+        return Words::new("several numbers need brackets", "write [1, 2, 3]");
+    }
+    if found.starts_with('(') {
+        return Words::new("an array stands in square brackets", "write [1, 2, 3]");
+    }
     if found.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.')) {
-        return Words::new("this is not a number", "nor is it a string, without quotes");
+        return Words::new("this is not a number", "only digits, a point and an exponent; strings need quotes");
     }
     if found.contains(['"', '\\', '\'']) {
         return Words::new(message, "a quote is missing");
