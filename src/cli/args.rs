@@ -133,15 +133,13 @@ fn tile_size(text: &str) -> Result<u32, &'static str> {
 }
 
 /// One of the values of a table, by name.
-fn named<T: Copy + Send + Sync + 'static>(
-    names: &'static [(&'static str, T)],
-) -> impl TypedValueParser<Value = T> + Clone {
+fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _)| PossibleValue::new(*name))).try_map(move |text| {
         names.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or("no such value")
     })
 }
 
-fn color() -> impl TypedValueParser<Value = ColorChoice> + Clone {
+fn color() -> impl TypedValueParser<Value = ColorChoice> {
     let always = PossibleValue::new("truecolor").alias("always");
     let values = [PossibleValue::new("auto"), always, PossibleValue::new("256"), PossibleValue::new("never")];
     PossibleValuesParser::new(values).map(|text| match text.as_str() {

@@ -14,11 +14,12 @@ use crate::tui;
 use args::{CheckArgs, Cli, Command, RenderArgs};
 use check::Inventory;
 use clap::Parser;
+use clap::error::ErrorKind;
 use failure::Failure;
 use open::Opened;
 use std::ffi::OsString;
 use std::fmt::Display;
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -48,7 +49,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 /// Help and version on stdout, mistakes in the arguments on stderr.
 fn answer(from_clap: &clap::Error) -> ExitCode {
-    let text = from_clap.render().to_string();
+    let text = match from_clap.kind() {
+        // Two words that are no command: clap takes the second for one.
+        ErrorKind::ArgumentConflict => "error: there can be one scene; the commands are render and check".to_owned(),
+        _ => from_clap.render().to_string(),
+    };
     let safe: Vec<_> = text.trim_end().lines().map(printable).collect();
     let safe = safe.join("\n");
     match from_clap.use_stderr() {
@@ -162,7 +167,7 @@ fn say(line: impl Display) {
 fn print(text: impl Display) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::CouldNot(format!("cannot write to standard output: {error}")))
         }
         _ => Ok(()),

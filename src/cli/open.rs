@@ -5,7 +5,7 @@ use super::model_scene::scene_of_model;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, printable};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -52,12 +52,17 @@ impl Opened {
 fn read(file: &Path) -> Result<String, Failure> {
     let name = printable(&file.to_string_lossy()).into_owned();
     let refuse = |why: String| Failure::Asked(format!("cannot read {name}: {why}"));
+    let reason = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::IsADirectory => "this is a directory".to_owned(),
+        _ => error.to_string(),
+    };
     let mut bytes = Vec::new();
     match builtin(file) {
         Some(content) => bytes.extend(content),
         None => {
-            let opened = File::open(file).map_err(|e| refuse(e.to_string()))?;
-            opened.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(|e| refuse(e.to_string()))?;
+            let opened = File::open(file).map_err(|e| refuse(reason(e)))?;
+            opened.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(|e| refuse(reason(e)))?;
         }
     }
     if bytes.len() as u64 > MAX_TEXT {

@@ -66,7 +66,7 @@ pub fn render(scene: Arc<Scene>, settings: Settings, quiet: bool) -> Result<Rend
     let begun = Instant::now();
     let mut film = Film::new(scene.width, scene.height);
     let mut progress = Progress::new(&scene, settings.threads.get(), begun);
-    let mut meter = Meter::new(quiet, begun);
+    let mut meter = Meter::new(quiet, &scene, settings, begun);
     let handle = start(scene, settings);
     loop {
         let event = handle.events().recv_timeout(PATIENCE);
