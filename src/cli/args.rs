@@ -69,7 +69,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
-    #[arg(long, value_name = "N", hide = true, default_value_t = 32, value_parser = tile_size)]
+    #[arg(long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size, value_parser = tile_size)]
     pub tile_size: u32,
     /// Print one JSON object about the render on stdout; no interface
     #[arg(long)]
@@ -192,7 +192,7 @@ mod tests {
             ("--size 640", "1280x720"),
             ("--size 0x480", "from 1 to 32768"),
             ("--size 99999x1", "from 1 to 32768"),
-            ("--size -3x4", "1280x720"),
+            ("--size=-3x4", "1280x720"),
             ("--threads 0", "from 1 to 1024"),
             ("--threads 99999999999999999999", "from 1 to 1024"),
             ("--samples 0", "1..="),

@@ -1,9 +1,11 @@
 //! Rendering without a terminal: a loop over the events, a progress bar or lines on stderr, a report at the end.
 
+mod memory;
 mod meter;
 mod report;
 mod signals;
 
+pub use memory::{TooLarge, check_memory};
 pub use report::{Report, Seconds};
 
 use crate::render::{Film, Progress, RenderError, RenderEvent, Settings, start};
