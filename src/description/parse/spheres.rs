@@ -22,7 +22,7 @@ pub(super) fn inline<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Ar
         .iter()
         .map(|toml| {
             let sphere = Value { toml, element: true, ..value };
-            let [x, y, z, r] = sphere.elements(report, "an array of [x, y, z, radius]")?;
+            let [x, y, z, r] = sphere.elements(report, "[x, y, z, radius]")?;
             let [x, y, z] = [x, y, z].map(|v| v.number(report, Interval::PLACE));
             let r = r.number(report, Interval::LENGTH);
             Some([x?, y?, z?, r?])

@@ -4,6 +4,7 @@
 use super::nearest::quoted;
 use super::report::{Report, Words};
 use super::{REPEATED, Span, Toml, key_of, titles};
+use crate::description::diagnostic::char_boundary;
 use toml::de::{DeTable, DeValue, Error};
 
 /// Adds the parser's `errors`, and removes the mistakes of the report that may be consequences of them.
@@ -100,7 +101,7 @@ fn slice<'t>(text: &'t str, span: &Span) -> &'t str {
 
 /// The line about the byte `at`, without its newline.
 fn line_around(text: &str, at: usize) -> Span {
-    let at = text.floor_char_boundary(at);
+    let at = char_boundary(text, at);
     let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
     start..text[at..].find('\n').map_or(text.len(), |newline| at + newline)
 }
