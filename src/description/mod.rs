@@ -3,10 +3,13 @@
 //!
 //! [`parse`] reads it from a scene file; every default of the scene language is a `Default` here.
 
+mod builtin;
 mod diagnostic;
 mod escape;
+mod names;
 mod parse;
 
+pub use builtin::{DEMO, builtin};
 pub use diagnostic::Diagnostic;
 pub use escape::printable;
 pub use parse::{parse, parse_color};

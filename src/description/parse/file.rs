@@ -4,6 +4,7 @@ use super::Span;
 use super::nearest::{nearest, quoted};
 use super::report::{Report, Words};
 use super::value::Value;
+use crate::description::builtin;
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io;
@@ -42,6 +43,9 @@ impl<'a> Files<'a> {
 
 /// Why the file cannot be read, if it cannot. Pipes and devices count as unreadable: opening one may wait for ever.
 fn problem_with(path: &Path) -> Option<String> {
+    if builtin(path).is_some() {
+        return None;
+    }
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Some("this is a directory".to_owned()),
         Ok(found) if !found.is_file() => Some("this is not a regular file".to_owned()),
