@@ -15,7 +15,11 @@ const SHOWN: usize = 5;
 /// `data = [[x, y, z, r], ..]`
 pub(super) fn inline<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Arc<[[f64; 4]]>> {
     let DeValue::Array(array) = value.toml.get_ref() else {
-        value.wrong_type(report, "an array of spheres", Some("write data = [[x, y, z, radius], ..], or file = \"..\" for a file of such lines"));
+        value.wrong_type(
+            report,
+            "an array of spheres",
+            Some("write data = [[x, y, z, radius], ..], or file = \"..\" for a file of such lines"),
+        );
         return None;
     };
     let spheres: Vec<Option<[f64; 4]>> = array
