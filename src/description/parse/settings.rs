@@ -135,25 +135,15 @@ fn background<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Backgroun
     Some(Background::Gradient { top: top?, bottom: bottom? })
 }
 
-const SHADINGS: &[(&str, Shading)] =
-    &[("lambert", Shading::Lambert), ("phong", Shading::Phong), ("whitted", Shading::Whitted)];
-const SHADOWS: &[(&str, Shadows)] = &[("opaque", Shadows::Opaque), ("filtered", Shadows::Filtered)];
-const NUMERICS: &[(&str, Numerics)] = &[
-    ("classic", Numerics::Classic),
-    ("fast", Numerics::Fast),
-    ("robust", Numerics::Robust),
-    ("reference", Numerics::Reference),
-];
-
 fn render<'a>(report: &mut Report<'a>, section: &Section<'a>) -> RenderDesc {
     section.check_keys(report, &["shading", "max_depth", "samples", "shadows", "numerics"]);
     let default = RenderDesc::default();
     RenderDesc {
-        shading: section.read("shading", |v| v.choice(report, SHADINGS)).unwrap_or(default.shading),
+        shading: section.read("shading", |v| v.choice(report, Shading::NAMES)).unwrap_or(default.shading),
         max_depth: count(report, section, "max_depth", 0..=limits::MAX_DEPTH, default.max_depth),
         samples: count(report, section, "samples", 1..=limits::MAX_SAMPLES, default.samples),
-        shadows: section.read("shadows", |v| v.choice(report, SHADOWS)).unwrap_or(default.shadows),
-        numerics: section.read("numerics", |v| v.choice(report, NUMERICS)).unwrap_or(default.numerics),
+        shadows: section.read("shadows", |v| v.choice(report, Shadows::NAMES)).unwrap_or(default.shadows),
+        numerics: section.read("numerics", |v| v.choice(report, Numerics::NAMES)).unwrap_or(default.numerics),
     }
 }
 
