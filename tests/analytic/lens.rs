@@ -41,7 +41,7 @@ fn a_glass_ball_bends_every_ray_by_the_closed_form_and_the_ruler_behind_it_shows
             d.objects.push(sphere(DVec3::ZERO, r, "glass"));
             // Rays that graze amplify rounding: asin(b) has the slope 1 / sqrt(1 - b²).
             let mut seen = 0;
-            let excluded = assert_image("ball-lens-ruler", &render(&d), Tolerance { absolute: 1e-8, ..EXACT }, |x, y| {
+            let excluded = assert_exact("ball-lens-ruler", &d, 1e-9, |x, y| {
                 let (o, dir) = pixel_ray(&d, x, y);
                 let b = (o - dir * o.dot(dir)).length() / r;
                 if (b - 1.0).abs() < 1e-6 {
@@ -72,7 +72,7 @@ fn the_whole_image_of_a_checkerboard_through_a_glass_ball_is_the_closed_form() {
         sphere(DVec3::ZERO, r, "glass"),
     ];
     let mut through = 0;
-    let excluded = assert_image("ball-lens-checker", &render(&d), EXACT, |x, y| {
+    let excluded = assert_exact("ball-lens-checker", &d, 1e-12, |x, y| {
         let (o, dir) = pixel_ray(&d, x, y);
         let b = (o - dir * o.dot(dir)).length() / r;
         if (b - 1.0).abs() < 1e-9 {
@@ -141,7 +141,7 @@ fn reflections_inside_a_ball_add_up_to_the_closed_form_at_every_depth() {
     d.objects = vec![sphere(DVec3::ZERO, 1.0, "drop")];
     for depth in 0..=7 {
         d.render.max_depth = depth;
-        let excluded = assert_image("drop", &render(&d), Tolerance { absolute: 1e-7, ..EXACT }, |x, y| {
+        let excluded = assert_exact("drop", &d, 1e-9, |x, y| {
             let (o, _) = pixel_ray(&d, x, y);
             let b = o.x.hypot(o.z);
             if (b - 1.0).abs() < 1e-6 {

@@ -78,7 +78,7 @@ fn the_lighting_equation_has_every_term_as_written() {
     for shading in [Shading::Lambert, Shading::Phong, Shading::Whitted] {
         d.render.shading = shading;
         let highlight = if shading == Shading::Lambert { 0.0 } else { 0.4 };
-        assert_image("lighting-equation", &render(&d), EXACT, |x, y| {
+        assert_exact("lighting-equation", &d, 1e-12, |x, y| {
             let (o, dir) = pixel_ray(&d, x, y);
             let p = meet_plane(o, dir, DVec3::ZERO, DVec3::Y);
             let mut sum = [0.25 * 0.3 * c[0], 0.25 * 0.6 * c[1], 0.25 * 0.9 * c[2]];
@@ -102,7 +102,7 @@ fn a_point_light_over_a_plane_follows_the_inverse_square_law() {
     d.materials.push(matte("floor", WHITE));
     d.objects.push(object(ShapeDesc::Plane, "floor"));
     d.lights.push(point_light(v(0.4, h, -0.3), WHITE, intensity, Falloff::InverseSquare));
-    assert_image("inverse-square", &render(&d), EXACT, |x, y| {
+    assert_exact("inverse-square", &d, 1e-12, |x, y| {
         let (o, _) = pixel_ray(&d, x, y);
         let rho2 = (o.x - 0.4).powi(2) + (o.z + 0.3).powi(2);
         Some([intensity * h / (h * h + rho2).powf(1.5); 3])
@@ -180,7 +180,7 @@ fn the_shadow_of_a_ball_far_from_the_axis_obeys_the_tangent_cone_in_every_pixel(
     d.objects = vec![object(ShapeDesc::Plane, "floor"), sphere(c, r, "ball")];
     d.lights.push(point_light(s, WHITE, 9.0, Falloff::InverseSquare));
     let (mut shadowed, mut lit) = (0, 0);
-    let excluded = assert_image("shadow-cone", &render(&d), EXACT, |x, y| {
+    let excluded = assert_exact("shadow-cone", &d, 1e-12, |x, y| {
         let (o, dir) = pixel_ray(&d, x, y);
         let sees_ball = |o: DVec3, dir: DVec3| {
             let to = c - o;

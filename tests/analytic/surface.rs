@@ -28,7 +28,7 @@ fn from_under_water_the_sky_fits_into_snells_window_and_the_rest_is_a_mirror() {
     let mut d = sea(clear("water", n), v(0.0, -3.0, 0.0), v(0.0, 0.0, -1.5), 110.0);
     d.render.max_depth = 2;
     let (mut window, mut mirror) = (0, 0);
-    let excluded = assert_image("snell-window", &render(&d), EXACT, |x, y| {
+    let excluded = assert_exact("snell-window", &d, 1e-12, |x, y| {
         let (_, dir) = pixel_ray(&d, x, y);
         let sin = (1.0 - dir.y * dir.y).sqrt();
         if dir.y <= 0.0 {
@@ -74,7 +74,7 @@ fn a_sea_reflects_by_fresnels_equations_from_above_and_from_below() {
     for (eye, look_at, ratio) in [(v(0.0, 2.0, 0.0), v(0.0, 0.0, -2.0), n), (v(0.0, -2.0, 0.0), v(0.0, 0.0, -2.0), 1.0 / n)]
     {
         let d = sea(fresnel("sea", n), eye, look_at, 85.0);
-        let excluded = assert_image("fresnel-sea", &render(&d), EXACT, |x, y| {
+        let excluded = assert_exact("fresnel-sea", &d, 1e-12, |x, y| {
             let (_, dir) = pixel_ray(&d, x, y);
             if dir.y * eye.y >= 0.0 {
                 return Some(sky(dir.y));
@@ -136,7 +136,7 @@ fn reflected_and_transmitted_light_add_up_to_all_of_it() {
     for (eye, fov) in [(v(0.0, 2.0, 0.0), 100.0), (v(0.0, -2.0, 0.0), 150.0)] {
         let mut d = sea(fresnel("sea", 1.5), eye, v(0.0, 0.0, -0.7), fov);
         d.world.background = Background::Solid(Rgb::WHITE);
-        assert_image("r-plus-t", &render(&d), EXACT, |_, _| Some([1.0; 3]));
+        assert_exact("r-plus-t", &d, 1e-12, |_, _| Some([1.0; 3]));
     }
 }
 
@@ -145,7 +145,7 @@ fn a_fresnel_mirror_without_transmission_reflects_its_part_of_the_coefficient() 
     // k_t = 0: nothing to split, k_r F is reflected.
     let material = MaterialDesc { reflect: 0.8, transmit: 0.0, ..fresnel("lacquer", 1.5) };
     let d = sea(material, v(0.0, 2.0, 0.0), v(0.0, 0.0, -1.0), 80.0);
-    assert_image("lacquer", &render(&d), EXACT, |x, y| {
+    assert_exact("lacquer", &d, 1e-12, |x, y| {
         let (_, dir) = pixel_ray(&d, x, y);
         if dir.y >= 0.0 {
             return Some(sky(dir.y));
@@ -166,7 +166,7 @@ fn a_fresnel_ball_in_a_white_furnace_misses_only_what_the_depth_cuts_off() {
     d.objects = vec![sphere(DVec3::ZERO, 1.0, "glass")];
     for depth in 0..=10 {
         d.render.max_depth = depth;
-        let excluded = assert_image("furnace", &render(&d), Tolerance { absolute: 1e-7, ..EXACT }, |x, y| {
+        let excluded = assert_exact("furnace", &d, 1e-9, |x, y| {
             let (o, dir) = pixel_ray(&d, x, y);
             let b = (o - dir * o.dot(dir)).length();
             // F runs to 1 with an infinite slope at the limb.

@@ -12,6 +12,7 @@ use glimt::description::*;
 use glimt::math::Rgb;
 use glimt::render::{self, Film, Rect, RenderEvent, Settings, TileImage};
 use glimt::scene::{self, Scene};
+use glimt::shading::{RayCounts, sampler};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -352,6 +353,31 @@ pub fn assert_image(
             film.pixel(x, y),
             directory.display()
         );
+    }
+    excluded
+}
+
+/// `assert_image` on the film, which is f32, and then on the radiance at every pixel's centre in f64, which is asked to be
+/// within `limit` (relative above 1, absolute below).
+pub fn assert_exact(
+    name: &str,
+    desc: &SceneDesc,
+    limit: f64,
+    mut expected: impl FnMut(u32, u32) -> Option<[f64; 3]>,
+) -> usize {
+    let tolerance = Tolerance { relative: EXACT.relative, absolute: EXACT.absolute.max(limit), pixels: 0 };
+    let excluded = assert_image(name, &render(desc), tolerance, &mut expected);
+    let scene = compile(desc);
+    let sampler = sampler(&desc.render);
+    for y in 0..desc.film.height {
+        for x in 0..desc.film.width {
+            let Some(want) = expected(x, y) else { continue };
+            let got = sampler(&scene, f64::from(x) + 0.5, f64::from(y) + 0.5, &mut RayCounts::default());
+            for (got, want) in [got.r, got.g, got.b].into_iter().zip(want) {
+                let error = (got - want).abs() / want.abs().max(1.0);
+                assert!(error <= limit, "{name}: ({x}, {y}) is {got} in f64, expected {want}: off by {error:e}");
+            }
+        }
     }
     excluded
 }
