@@ -4,6 +4,7 @@
 //! the handle's own channel; a [`Film`] collects them into the picture, a [`Progress`] into numbers. The picture is a
 //! function of the scene alone: bit-identical for any thread count, tile size, pause and resume.
 
+mod control;
 mod event;
 mod film;
 mod job;
