@@ -7,6 +7,7 @@
 mod control;
 mod event;
 mod film;
+mod forecast;
 mod job;
 mod pass;
 mod progress;
@@ -15,7 +16,8 @@ mod tile;
 pub use crate::shading::RayCounts;
 pub use event::{RenderError, RenderEvent, TileImage, TileStats};
 pub use film::Film;
+pub use forecast::Eta;
 pub use job::{RenderHandle, Settings, default_threads, start};
 pub use pass::Pass;
-pub use progress::{Eta, Progress, WorkerProgress};
+pub use progress::{Progress, WorkerProgress};
 pub use tile::{Rect, Tile};

@@ -22,6 +22,11 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// Pixels in it.
+    pub fn area(self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
     /// Divides a film into tiles of this side (smaller ones at the right and lower edges), the middle first, then outward.
     pub fn spiral(width: u32, height: u32, side: u32) -> Vec<Rect> {
         let mut tiles: Vec<Rect> = (0..height.div_ceil(side))
