@@ -99,7 +99,11 @@ fn mixed_scene(seed: u64, mesh_file: &std::path::Path) -> SceneDesc {
             4 => ShapeDesc::Mesh { file: mesh_file.into(), crease: 0.0 },
             _ => ShapeDesc::Quad { size: glam::DVec2::new(0.9, 0.7) },
         };
-        let material = if i % 6 == 5 { "pane" } else { material };
+        let material = match (i % 6, material.as_str()) {
+            (5, _) => "pane",
+            (4, "chequered") => "shiny", // The model has no texture coordinates.
+            (_, other) => other,
+        };
         let place = v(f64::from(i % 4) * 1.4 - 2.1, f64::from(i / 4) * 1.3 - 0.1, rng.range(-1.0, 1.0));
         let sign = if rng.unit() < 0.3 { -1.0 } else { 1.0 };
         d.objects.push(ObjectDesc {

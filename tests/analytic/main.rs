@@ -10,3 +10,7 @@ mod mirrors;
 mod outline;
 mod slab;
 mod surface;
+
+/// What a picture may lack where weights run down: paths of less than 2^-20 are not followed, and of such a path at most
+/// the double is missing here.
+const UNSPENT: f64 = 2.0 / 1_048_576.0;

@@ -7,7 +7,7 @@ use glimt::math::Rgb;
 
 /// A slab of glass of thickness `t` with its upper face at y = `top`, far wider than the view.
 fn slab(top: f64, t: f64, material: &str) -> ObjectDesc {
-    cuboid(v(0.0, top - t / 2.0, 0.0), v(400.0, t, 400.0), material)
+    cuboid(v(0.0, top - t / 2.0, 0.0), v(40.0, t, 40.0), material)
 }
 
 #[test]

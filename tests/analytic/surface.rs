@@ -1,5 +1,6 @@
 //! Items 8 and 11: how much of the light is reflected.
 
+use crate::UNSPENT;
 use crate::support::*;
 use glam::DVec3;
 use glimt::description::*;
@@ -166,7 +167,7 @@ fn a_fresnel_ball_in_a_white_furnace_misses_only_what_the_depth_cuts_off() {
     d.objects = vec![sphere(DVec3::ZERO, 1.0, "glass")];
     for depth in 0..=10 {
         d.render.max_depth = depth;
-        let excluded = assert_exact("furnace", &d, 1e-9, |x, y| {
+        let excluded = assert_exact("furnace", &d, UNSPENT, |x, y| {
             let (o, dir) = pixel_ray(&d, x, y);
             let b = (o - dir * o.dot(dir)).length();
             // F runs to 1 with an infinite slope at the limb.

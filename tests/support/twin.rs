@@ -10,6 +10,9 @@ use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
+/// Paths of less weight are not followed; without this, many of them together would be seen in the sixth digit.
+pub const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
+
 /// Where a ray meets a body.
 #[derive(Clone, Copy, Debug)]
 pub struct TwinHit {
@@ -285,10 +288,11 @@ impl Twin {
 
     /// What the ray sees; `depth` more reflections or refractions are allowed.
     pub fn radiance(&self, o: DVec3, d: DVec3, depth: u32) -> [f64; 3] {
-        self.beyond(o, d, 1e-7, depth)
+        self.beyond(o, d, 1e-7, depth, 1.0)
     }
 
-    fn beyond(&self, o: DVec3, d: DVec3, t_min: f64, depth: u32) -> [f64; 3] {
+    /// `weight`: of the path so far.
+    fn beyond(&self, o: DVec3, d: DVec3, t_min: f64, depth: u32, weight: f64) -> [f64; 3] {
         let Some(hit) = self.nearest(o, d, t_min) else { return self.background(d) };
         let body = &self.bodies[hit.body];
         let material = &body.material;
@@ -303,7 +307,7 @@ impl Twin {
             behind = self.medium(p + d * 1e-7);
             if before == behind {
                 // Drowned in a body that wins here.
-                return self.beyond(o, d, hit.t + 1e-7, depth);
+                return self.beyond(o, d, hit.t + 1e-7, depth, weight);
             }
         }
         let c = self.color(&hit);
@@ -352,11 +356,11 @@ impl Twin {
         } else if refracted.is_none() {
             (kr, kt) = (kr + kt, 0.0);
         }
-        if kr > 0.0 {
-            sum = plus(sum, scale(self.beyond(p, along + n * cos, 1e-7, depth - 1), kr));
+        if kr * weight >= NEGLIGIBLE {
+            sum = plus(sum, scale(self.beyond(p, along + n * cos, 1e-7, depth - 1, kr * weight), kr));
         }
-        if let (true, Some(onward)) = (kt > 0.0, refracted) {
-            sum = plus(sum, scale(self.beyond(p, onward, 1e-7, depth - 1), kt));
+        if let (true, Some(onward)) = (kt * weight >= NEGLIGIBLE, refracted) {
+            sum = plus(sum, scale(self.beyond(p, onward, 1e-7, depth - 1, kt * weight), kt));
         }
         sum
     }
