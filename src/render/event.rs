@@ -1,6 +1,7 @@
 //! What workers report.
 
 use super::{Pass, Rect};
+use crate::shading::RayCounts;
 use std::fmt;
 use std::time::Duration;
 
@@ -54,35 +55,6 @@ pub struct TileStats {
     pub non_finite: u64,
     /// Time spent tracing.
     pub busy: Duration,
-}
-
-/// Rays by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RayCounts {
-    /// From the eye.
-    pub camera: u64,
-    /// To lights.
-    pub shadow: u64,
-    /// Mirrored.
-    pub reflection: u64,
-    /// Through glass.
-    pub refraction: u64,
-}
-
-impl RayCounts {
-    /// All kinds together.
-    pub fn total(&self) -> u64 {
-        self.camera + self.shadow + self.reflection + self.refraction
-    }
-}
-
-impl std::ops::AddAssign for RayCounts {
-    fn add_assign(&mut self, o: Self) {
-        self.camera += o.camera;
-        self.shadow += o.shadow;
-        self.reflection += o.reflection;
-        self.refraction += o.refraction;
-    }
 }
 
 /// Why a render stopped before its end.

@@ -11,7 +11,8 @@ mod pass;
 mod progress;
 mod tile;
 
-pub use event::{RayCounts, RenderError, RenderEvent, TileImage, TileStats};
+pub use crate::shading::RayCounts;
+pub use event::{RenderError, RenderEvent, TileImage, TileStats};
 pub use film::Film;
 pub use job::{RenderHandle, Settings, default_threads, start};
 pub use pass::Pass;
