@@ -36,20 +36,9 @@ impl Encoder {
         self.out.extend_from_slice(b"\x1b[0m\x1b[2J");
     }
 
-    /// Appends bytes that move the cursor or nothing.
-    pub fn raw(&mut self, bytes: &[u8]) {
-        self.cursor = None;
-        self.out.extend_from_slice(bytes);
-    }
-
     /// Bytes gathered so far.
     pub fn len(&self) -> usize {
         self.out.len()
-    }
-
-    /// Whether nothing is gathered.
-    pub fn is_empty(&self) -> bool {
-        self.out.is_empty()
     }
 
     /// The bytes gathered, which the caller will send.

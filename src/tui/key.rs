@@ -296,7 +296,13 @@ mod tests {
             let bytes: Vec<u8> = (0..40)
                 .map(|_| {
                     let r = random.next_u64();
-                    if r & 0x300 == 0 { 0x1b } else if r & 0x400 == 0 { b"[O;0~1A"[(r % 7) as usize] } else { r as u8 }
+                    if r & 0x300 == 0 {
+                        0x1b
+                    } else if r & 0x400 == 0 {
+                        b"[O;0~1A"[(r % 7) as usize]
+                    } else {
+                        r as u8
+                    }
                 })
                 .collect();
             let mut decoder = Decoder::default();

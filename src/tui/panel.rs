@@ -35,7 +35,13 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
     let mut lines = vec![
         Line::styled(app.name().to_string(), mode.style(Role::Strong)),
         Line::styled(
-            format!("{}×{}  {}  depth {}", app.film().width(), app.film().height(), shading_text(render.shading), render.max_depth),
+            format!(
+                "{}×{}  {}  depth {}",
+                app.film().width(),
+                app.film().height(),
+                shading_text(render.shading),
+                render.max_depth
+            ),
             mode.style(Role::Dim),
         ),
         Line::default(),
@@ -47,7 +53,10 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
     if let Some((progress, now)) = app.shown() {
         let elapsed = progress.elapsed(now);
         lines.push(progress_bar(mode, progress, width));
-        lines.push(row("samples", format!("{} of {}", si(progress.samples_done as f64), si(progress.samples_total as f64))));
+        lines.push(row(
+            "samples",
+            format!("{} of {}", si(progress.samples_done as f64), si(progress.samples_total as f64)),
+        ));
         lines.push(row("pass", format!("{} of {}", pass_text(progress.pass), pass_count(progress))));
         lines.push(row("elapsed", time(elapsed)));
         lines.push(row("left", left_text(app, progress, now)));
@@ -213,7 +222,14 @@ fn vector_text(v: DVec3) -> String {
 }
 
 /// A heading, and a line for each thread, in at most `room` lines under the heading's two.
-fn threads(mode: ColorMode, progress: &Progress, now: Instant, width: usize, room: usize, lines: &mut Vec<Line<'static>>) {
+fn threads(
+    mode: ColorMode,
+    progress: &Progress,
+    now: Instant,
+    width: usize,
+    room: usize,
+    lines: &mut Vec<Line<'static>>,
+) {
     let elapsed = progress.elapsed(now);
     lines.push(heading(mode, "Threads", busy_text(progress, elapsed), width));
     lines.push(Line::styled("  # busy, idle    tiles  rays/s   tile at", mode.style(Role::Dim)));
@@ -238,7 +254,14 @@ fn threads(mode: ColorMode, progress: &Progress, now: Instant, width: usize, roo
 }
 
 /// As many threads a line as fit.
-fn thread_grid(mode: ColorMode, progress: &Progress, now: Instant, width: usize, rows: usize, lines: &mut Vec<Line<'static>>) {
+fn thread_grid(
+    mode: ColorMode,
+    progress: &Progress,
+    now: Instant,
+    width: usize,
+    rows: usize,
+    lines: &mut Vec<Line<'static>>,
+) {
     let elapsed = progress.elapsed(now);
     let in_a_row = (width / usize::from(THREAD_WIDTH)).max(1);
     let count = progress.workers.len();
@@ -246,7 +269,11 @@ fn thread_grid(mode: ColorMode, progress: &Progress, now: Instant, width: usize,
     let listed = if count <= cells { count } else { cells.saturating_sub(1) };
     let cell = |i: usize| {
         let Some(worker) = progress.workers.get(i).filter(|_| i < listed) else {
-            let text = if i < count { format!("    and {} more: {}", count - listed, busy_text(progress, elapsed)) } else { String::new() };
+            let text = if i < count {
+                format!("    and {} more: {}", count - listed, busy_text(progress, elapsed))
+            } else {
+                String::new()
+            };
             return vec![Span::styled(text, mode.style(Role::Dim))];
         };
         let part = share(worker.busy, elapsed);

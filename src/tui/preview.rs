@@ -54,7 +54,8 @@ impl Axis {
         let step = length / whole as f64;
         let shown = whole.min(room);
         let first = (centre * whole as f64 - shown as f64 / 2.0).round().clamp(0.0, (whole - shown) as f64) as usize;
-        let boxes = (first..first + shown).map(|i| Footprint::new(i as f64 * step, (i + 1) as f64 * step, length)).collect();
+        let boxes =
+            (first..first + shown).map(|i| Footprint::new(i as f64 * step, (i + 1) as f64 * step, length)).collect();
         Self { whole, first, margin: (room - shown) / 2, boxes }
     }
 
