@@ -65,6 +65,11 @@ impl Pacer {
         self.open.map(|question| question.asked + patience)
     }
 
+    /// Whether the last question will probably be answered.
+    pub fn expects_answer(&self) -> bool {
+        self.open.is_some() && (self.answers || !self.gave_up)
+    }
+
     /// A chunk is about to be sent. Returns the column to put the cursor in for the question at its end, out of the
     /// `width` there are.
     pub fn send(&mut self, bytes: usize, width: u16, now: Instant) -> u16 {

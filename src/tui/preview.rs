@@ -296,7 +296,7 @@ mod tests {
     use crate::render::TileImage;
 
     fn noise(width: u32, height: u32, random: &mut SplitMix64) -> TileImage {
-        let pixels = (0..width * height).map(|_| [0; 3].map(|()| (random.next_u64() % 1200) as f32 / 1000.0));
+        let pixels = (0..width * height).map(|_| [(); 3].map(|()| (random.next_u64() % 1200) as f32 / 1000.0));
         TileImage { rect: Tile { x: 0, y: 0, width, height }, pixels: pixels.collect() }
     }
 

@@ -149,6 +149,7 @@ impl Session {
             },
             Effect::Save(percent) => self.saver.save(self.app.film().clone(), percent),
             Effect::Stop if terminal::can_stop() => {
+                self.mailbox.hold();
                 self.guard.terminal().leave();
                 terminal::stop();
             }
@@ -183,7 +184,7 @@ impl Session {
     /// Restores the terminal, lets saves that have begun come to their end, and says how it went.
     fn end(mut self) -> Result<Outcome, Error> {
         self.render = None;
-        self.mailbox.close();
+        self.mailbox.hold();
         drop(self.guard);
         self.saver.finish();
         let exit = self.app.exit().cloned().unwrap_or(Exit::Quit);

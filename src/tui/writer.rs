@@ -9,8 +9,9 @@ use super::terminal::Terminal;
 use ratatui::buffer::{Buffer, Cell};
 use ratatui::layout::Rect;
 use ratatui::style::Color;
+use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A screen to be shown.
 #[derive(Clone, Debug)]
@@ -154,80 +155,106 @@ fn change(wanted: &Cell, shown: &Cell) -> f32 {
 
 /// Where the interface leaves the newest frame and answers for the writer thread: nobody waits for it.
 #[derive(Clone, Debug, Default)]
-pub struct Mailbox(Arc<(Mutex<Mail>, Condvar)>);
+pub struct Mailbox(Arc<(Mutex<State>, Condvar)>);
 
+#[derive(Debug, Default)]
+struct State {
+    mail: Mail,
+    /// Nothing may be sent.
+    held: bool,
+    /// An answer of the terminal is on its way.
+    asked: bool,
+}
+
+/// What the writer thread has to know.
 #[derive(Debug, Default)]
 struct Mail {
     frame: Option<Frame>,
     answers: Vec<(u16, Instant)>,
     forget: bool,
-    closed: bool,
 }
+
+/// An answer that takes longer is not waited for when the terminal is given back.
+const HOLD_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Mailbox {
     /// The newest frame replaces one that was not taken.
     pub fn post(&self, frame: Frame) {
-        self.change(|mail| mail.frame = Some(frame));
+        self.lock().mail.frame = Some(frame);
+        self.0.1.notify_all();
     }
 
     /// The terminal has answered a question for the cursor's column.
     pub fn answer(&self, column: u16) {
-        self.change(|mail| mail.answers.push((column, Instant::now())));
+        self.lock().mail.answers.push((column, Instant::now()));
+        self.0.1.notify_all();
     }
 
-    /// What the terminal shows has been destroyed.
+    /// Nothing is sent from now on; waits for the answer that is on its way, which the shell would take for typing.
+    pub fn hold(&self) {
+        let mut state = self.lock();
+        state.held = true;
+        let _ = self.0.1.wait_timeout_while(state, HOLD_PATIENCE, |state| state.asked);
+    }
+
+    /// What the terminal shows has been destroyed: everything is to be sent again, held or not.
     pub fn forget(&self) {
-        self.change(|mail| mail.forget = true);
+        let mut state = self.lock();
+        (state.mail.forget, state.held) = (true, false);
+        self.0.1.notify_all();
     }
 
-    /// The writer thread shall end.
-    pub fn close(&self) {
-        self.change(|mail| mail.closed = true);
-    }
-
-    fn change(&self, change: impl FnOnce(&mut Mail)) {
-        change(&mut self.lock());
-        self.0.1.notify_one();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Mail> {
+    fn lock(&self) -> MutexGuard<'_, State> {
         self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for mail, not longer than `until`; `None` if the mailbox is closed.
-    fn wait(&self, until: Option<Instant>) -> Option<Mail> {
-        let mut mail = self.lock();
+    /// Waits for mail, not longer than `until`.
+    fn wait(&self, until: Option<Instant>) -> Mail {
+        let mut state = self.lock();
         loop {
-            if mail.closed {
-                return None;
-            }
+            let Mail { frame, answers, forget } = &state.mail;
             let late = until.is_some_and(|until| until <= Instant::now());
-            if late || mail.frame.is_some() || !mail.answers.is_empty() || mail.forget {
-                return Some(std::mem::take(&mut *mail));
+            if late || frame.is_some() || !answers.is_empty() || *forget {
+                return std::mem::take(&mut state.mail);
             }
             let arrived = &self.0.1;
-            mail = match until {
-                None => arrived.wait(mail).unwrap_or_else(PoisonError::into_inner),
+            state = match until {
+                None => arrived.wait(state).unwrap_or_else(PoisonError::into_inner),
                 Some(until) => {
                     let timeout = until.saturating_duration_since(Instant::now());
-                    arrived.wait_timeout(mail, timeout).unwrap_or_else(PoisonError::into_inner).0
+                    arrived.wait_timeout(state, timeout).unwrap_or_else(PoisonError::into_inner).0
                 }
             };
         }
     }
+
+    /// Whether a chunk may be sent; if so its answer is on its way.
+    fn begin_sending(&self) -> bool {
+        let mut state = self.lock();
+        state.asked |= !state.held;
+        !state.held
+    }
+
+    /// Whether an answer is on its way.
+    fn set_asked(&self, asked: bool) {
+        self.lock().asked = asked;
+        self.0.1.notify_all();
+    }
 }
 
-/// Body of the writer thread. Returns when the mailbox is closed (`Ok`) or the terminal is gone.
-pub fn run(mailbox: &Mailbox, terminal: &Terminal) -> std::io::Result<()> {
+/// Body of the writer thread. Returns when the terminal is gone.
+pub fn run(mailbox: &Mailbox, terminal: &Terminal) -> io::Result<()> {
     let (mut screen, mut pacer) = (Screen::default(), Pacer::default());
     let mut frame: Option<Frame> = None;
     let mut complete = true;
     loop {
         // With something to send, wait until that is allowed; without, until there is something.
         let until = if complete { None } else { pacer.waits_until().or_else(|| Some(Instant::now())) };
-        let Some(mail) = mailbox.wait(until) else { return Ok(()) };
+        let mail = mailbox.wait(until);
         for (column, when) in mail.answers {
-            pacer.answer(column, when);
+            if pacer.answer(column, when) {
+                mailbox.set_asked(false);
+            }
         }
         if mail.forget {
             screen.forget();
@@ -248,9 +275,12 @@ pub fn run(mailbox: &Mailbox, terminal: &Terminal) -> std::io::Result<()> {
         }
         let area = frame.buffer.area;
         let column = pacer.send(chunk.len(), area.width, Instant::now());
-        if !terminal.write(&wrap(chunk, column, area.height))? {
-            // Suspended: whoever resumes says so.
-            screen.forget();
+        if !mailbox.begin_sending() || !terminal.write(&wrap(chunk, column, area.height))? {
+            // The terminal is given back. When it is ours again everything is sent again.
+            mailbox.set_asked(false);
+            complete = true;
+        } else if !pacer.expects_answer() {
+            mailbox.set_asked(false);
         }
     }
 }
