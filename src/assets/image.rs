@@ -1,6 +1,7 @@
 //! Pictures for textures.
 
-use super::AssetError;
+use super::{AssetError, guard};
+use image::{ImageError, ImageReader, Limits};
 use std::path::Path;
 
 /// A picture: 8-bit sRGB codes, row 0 on top.
@@ -14,7 +15,47 @@ pub struct Image {
     pub texels: Vec<[u8; 3]>,
 }
 
-/// Reads a picture in any supported format, within limits of memory.
-pub fn load_image(_file: &Path) -> Result<Image, AssetError> {
-    todo!()
+/// Largest width or height, texels.
+const MAX_SIDE: u32 = 16_384;
+/// Most memory for decoding, bytes.
+const MAX_ALLOC: u64 = 1 << 30;
+
+/// Reads a PNG, JPEG, BMP or TGA picture, told by its content, else (TGA has no mark) by its name. Greys are expanded,
+/// 16-bit samples rounded, alpha is dropped. What is larger than 16,384 texels a side or takes more than 1 GiB to decode
+/// is refused before memory is taken for it.
+pub fn load_image(file: &Path) -> Result<Image, AssetError> {
+    let refuse = |reason: String| AssetError::new(file, None, reason);
+    super::check_file(file, MAX_ALLOC)?;
+    let decoded = guard(|| {
+        let mut reader = ImageReader::open(file)?.with_guessed_format()?;
+        let mut limits = Limits::default();
+        limits.max_image_width = Some(MAX_SIDE);
+        limits.max_image_height = Some(MAX_SIDE);
+        limits.max_alloc = Some(MAX_ALLOC);
+        reader.limits(limits);
+        reader.decode()
+    });
+    let picture = match decoded {
+        Some(Ok(picture)) => picture.into_rgb8(),
+        Some(Err(error)) => return Err(refuse(explain(error))),
+        None => return Err(refuse("cannot be decoded; save it anew as PNG".to_owned())),
+    };
+    let (width, height) = picture.dimensions();
+    if width == 0 || height == 0 {
+        return Err(refuse("has no pixels".to_owned()));
+    }
+    let texels = picture.into_raw().as_chunks().0.to_vec();
+    Ok(Image { width, height, texels })
+}
+
+fn explain(error: ImageError) -> String {
+    match error {
+        ImageError::Unsupported(_) => format!("is not a picture of a known kind (PNG, JPEG, BMP or TGA): {error}"),
+        ImageError::Limits(_) => {
+            format!("is too large: at most {MAX_SIDE} x {MAX_SIDE} and 1 GiB to decode; scale it down ({error})")
+        }
+        ImageError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => "ends too early".to_owned(),
+        ImageError::IoError(error) => format!("cannot be read: {error}"),
+        _ => format!("cannot be decoded: {error}"),
+    }
 }

@@ -2,8 +2,16 @@
 //! in an [`AssetError`] that names file, line and reason; never in a panic.
 
 mod image;
+mod intern;
+mod mesh;
+mod normals;
 mod obj;
+mod obj_clean;
+mod obj_lines;
+mod obj_mtl;
 mod report;
+mod resolve;
+mod triangulate;
 
 pub use self::image::{Image, load_image};
 pub use obj::load_obj;
@@ -12,7 +20,10 @@ pub use report::ImportReport;
 use crate::description::MaterialDesc;
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt;
-use std::path::PathBuf;
+use std::fs::{self, File};
+use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 
 /// A triangle mesh as read from a file, in f32 about its own centre (numerics.md 31): `centre + position` is a point
 /// of the file.
@@ -59,3 +70,39 @@ impl fmt::Display for AssetError {
 }
 
 impl std::error::Error for AssetError {}
+
+impl AssetError {
+    fn new(file: &Path, line: Option<usize>, reason: impl Into<String>) -> Self {
+        Self { file: file.to_owned(), line, reason: reason.into() }
+    }
+}
+
+/// Refuses what is no regular file (a pipe could keep us waiting for ever) or is larger than `limit` bytes.
+fn check_file(file: &Path, limit: u64) -> Result<(), AssetError> {
+    let refuse = |reason: String| Err(AssetError::new(file, None, reason));
+    match fs::metadata(file) {
+        Err(error) => refuse(format!("cannot be read: {error}")),
+        Ok(data) if data.is_dir() => refuse("is a directory, not a file".to_owned()),
+        Ok(data) if !data.is_file() => refuse("is not a regular file".to_owned()),
+        Ok(data) if data.len() > limit => refuse(format!("is larger than {} MiB", limit >> 20)),
+        Ok(_) => Ok(()),
+    }
+}
+
+/// The bytes of a file of at most `limit` bytes.
+fn read_file(file: &Path, limit: u64) -> Result<Vec<u8>, AssetError> {
+    check_file(file, limit)?;
+    let read = || {
+        let opened = File::open(file)?;
+        let mut bytes = Vec::with_capacity(opened.metadata()?.len().min(limit) as usize + 1);
+        // It may have grown since.
+        opened.take(limit).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    read().map_err(|error: std::io::Error| AssetError::new(file, None, format!("cannot be read: {error}")))
+}
+
+/// Runs code of another crate; `None` if it panics. The last belt only: what is known to make it panic is kept from it.
+fn guard<T>(run: impl FnOnce() -> T) -> Option<T> {
+    catch_unwind(AssertUnwindSafe(run)).ok()
+}

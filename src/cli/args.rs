@@ -69,7 +69,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
-    #[arg(long, value_name = "N", hide = true, default_value_t = 32, value_parser = tile_size)]
+    #[arg(long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size, value_parser = tile_size)]
     pub tile_size: u32,
     /// Print one JSON object about the render on stdout; no interface
     #[arg(long)]
@@ -133,15 +133,13 @@ fn tile_size(text: &str) -> Result<u32, &'static str> {
 }
 
 /// One of the values of a table, by name.
-fn named<T: Copy + Send + Sync + 'static>(
-    names: &'static [(&'static str, T)],
-) -> impl TypedValueParser<Value = T> + Clone {
+fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _)| PossibleValue::new(*name))).try_map(move |text| {
         names.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or("no such value")
     })
 }
 
-fn color() -> impl TypedValueParser<Value = ColorChoice> + Clone {
+fn color() -> impl TypedValueParser<Value = ColorChoice> {
     let always = PossibleValue::new("truecolor").alias("always");
     let values = [PossibleValue::new("auto"), always, PossibleValue::new("256"), PossibleValue::new("never")];
     PossibleValuesParser::new(values).map(|text| match text.as_str() {
@@ -194,7 +192,7 @@ mod tests {
             ("--size 640", "1280x720"),
             ("--size 0x480", "from 1 to 32768"),
             ("--size 99999x1", "from 1 to 32768"),
-            ("--size -3x4", "1280x720"),
+            ("--size=-3x4", "1280x720"),
             ("--threads 0", "from 1 to 1024"),
             ("--threads 99999999999999999999", "from 1 to 1024"),
             ("--samples 0", "1..="),

@@ -27,8 +27,8 @@ impl fmt::Display for Inventory<'_> {
         row("materials", thousands(summary.materials))?;
         row("pictures", thousands(summary.textures))?;
         let milliseconds = |time: std::time::Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
-        row("read in", milliseconds(self.opened.time + summary.load_time))?;
-        row("trees in", milliseconds(summary.build_time))?;
+        row("read in", milliseconds(self.opened.load_time + summary.load_time))?;
+        row("trees in", milliseconds(self.opened.build_time + summary.build_time))?;
         for (file, report) in &summary.imports {
             write!(f, "{}: {}", printable(&file.to_string_lossy()), count(report.triangles, "triangle"))?;
             if report.dropped_degenerate > 0 {

@@ -1,6 +1,7 @@
 //! What went wrong, and whose fault it is.
 
 use crate::description::{Diagnostic, printable};
+use std::fmt::Display;
 
 /// Why a command ends without having done its work.
 #[derive(Debug)]
@@ -21,6 +22,16 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// The scene or the arguments are wrong.
+    pub fn asked(error: impl Display) -> Self {
+        Self::Asked(error.to_string())
+    }
+
+    /// The work failed.
+    pub fn could_not(error: impl Display) -> Self {
+        Self::CouldNot(error.to_string())
+    }
+
     /// 1 could not, 2 asked wrongly, 128 + the number of a signal.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -7,18 +7,18 @@ mod model_scene;
 mod open;
 
 use crate::description::{FilmDesc, printable};
-use crate::headless::{self, Report, Unfinished};
+use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
 use crate::output::{check_target, save_png};
-use crate::scene::compile;
 use crate::tui;
 use args::{CheckArgs, Cli, Command, RenderArgs};
 use check::Inventory;
 use clap::Parser;
+use clap::error::ErrorKind;
 use failure::Failure;
 use open::Opened;
 use std::ffi::OsString;
 use std::fmt::Display;
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -48,7 +48,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 /// Help and version on stdout, mistakes in the arguments on stderr.
 fn answer(from_clap: &clap::Error) -> ExitCode {
-    let text = from_clap.render().to_string();
+    let text = match from_clap.kind() {
+        // Two words that are no command: clap takes the second for one.
+        ErrorKind::ArgumentConflict => "error: there can be one scene; the commands are render and check".to_owned(),
+        _ => from_clap.render().to_string(),
+    };
     let safe: Vec<_> = text.trim_end().lines().map(printable).collect();
     let safe = safe.join("\n");
     match from_clap.use_stderr() {
@@ -75,8 +79,8 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         color: args.color.color,
     };
     let outcome = tui::run(options).map_err(|error| match error {
-        tui::Error::Compile(error) => Failure::Asked(error.to_string()),
-        other => Failure::CouldNot(other.to_string()),
+        tui::Error::Compile(error) => Failure::asked(error),
+        other => Failure::could_not(other),
     })?;
     if !outcome.line.is_empty() {
         say(outcome.line);
@@ -87,7 +91,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
 /// `glimt render`
 fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     let (opened, output) = open(args)?;
-    let scene = Arc::new(compile(&opened.desc, None).map_err(|error| Failure::Asked(error.to_string()))?);
+    let scene = Arc::new(opened.compile()?);
     if !args.quiet {
         for warning in &scene.summary.warnings {
             say(format_args!("warning: {}", printable(warning)));
@@ -96,12 +100,19 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     let settings = args.settings();
     let rendered = headless::render(Arc::clone(&scene), settings, args.quiet).map_err(|error| match error {
         Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
-        other => Failure::CouldNot(other.to_string()),
+        other => Failure::could_not(other),
     })?;
     let saving = Instant::now();
-    save_png(&rendered.film, &output).map_err(|error| Failure::CouldNot(error.to_string()))?;
-    let times = (opened.time, saving.elapsed(), begun.elapsed());
-    let report = Report::new(&scene, &rendered, settings, (&opened.file, &output), times);
+    save_png(&rendered.film, &output).map_err(Failure::could_not)?;
+    let seconds = Seconds {
+        load: (opened.load_time + scene.summary.load_time).as_secs_f64(),
+        build: (opened.build_time + scene.summary.build_time).as_secs_f64(),
+        first_picture: rendered.progress.first_picture.unwrap_or(rendered.time).as_secs_f64(),
+        trace: rendered.time.as_secs_f64(),
+        save: saving.elapsed().as_secs_f64(),
+        total: begun.elapsed().as_secs_f64(),
+    };
+    let report = Report::new(&scene, &rendered, settings, &opened.file, &output, seconds);
     if !args.quiet {
         if report.non_finite > 0 {
             say(format_args!("warning: {} samples were not finite and are left out", report.non_finite));
@@ -109,7 +120,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         say(&report);
     }
     if args.json {
-        print(serde_json::to_string(&report).map_err(|error| Failure::CouldNot(error.to_string()))?)?;
+        print(serde_json::to_string(&report).map_err(Failure::could_not)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -117,13 +128,13 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
 /// `glimt check`
 fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let opened = Opened::new(args.scene.as_deref(), None)?;
-    let scene = compile(&opened.desc, None).map_err(|error| Failure::Asked(error.to_string()))?;
+    let scene = opened.compile()?;
     print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The scene with the flags put into it, and where its picture goes. A path that cannot be written to is found before
-/// the work, not after it.
+/// The scene with the flags put into it, and where its picture goes. A path that cannot be written to and a
+/// picture that is too large are found before the work, not after it.
 fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
     let film = args.size.map(|(width, height)| FilmDesc { width, height });
     let mut opened = Opened::new(args.scene.as_deref(), film)?;
@@ -133,7 +144,16 @@ fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
         let name = output.to_string_lossy().into_owned();
         return Err(Failure::Asked(format!("cannot write {name}: glimt writes PNG; end the name with .png")));
     }
-    check_target(&output).map_err(|error| Failure::Asked(error.to_string()))?;
+    check_target(&output).map_err(Failure::asked)?;
+    let FilmDesc { width, height } = opened.desc.film;
+    check_memory(width, height).map_err(|TooLarge { needed, available }| {
+        let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+        Failure::CouldNot(format!(
+            "a picture of {width}x{height} needs {:.1} GB of memory, and {:.1} GB are free; ask for a smaller --size",
+            gigabytes(needed),
+            gigabytes(available)
+        ))
+    })?;
     Ok((opened, output))
 }
 
@@ -162,7 +182,7 @@ fn say(line: impl Display) {
 fn print(text: impl Display) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::CouldNot(format!("cannot write to standard output: {error}")))
         }
         _ => Ok(()),

@@ -1,11 +1,11 @@
 //! A scene around a model: a camera that frames it, two lights and a floor.
 
-use crate::assets::{AssetError, Model, load_obj};
 use crate::description::{
-    Background, CameraDesc, FilmDesc, LightDesc, LightKind, MaterialDesc, ObjectDesc, Projection, RenderDesc,
+    Background, CameraDesc, Falloff, FilmDesc, LightDesc, LightKind, MaterialDesc, ObjectDesc, Projection, RenderDesc,
     SceneDesc, ShapeDesc, WorldDesc, limits, parse_color,
 };
 use crate::math::Rgb;
+use crate::scene::{CompileError, Object, Scene, Shape, compile};
 use glam::DVec3;
 use std::path::Path;
 
@@ -16,17 +16,45 @@ const TO_EYE: DVec3 = DVec3::new(0.45, 0.32, 1.0);
 /// Share of the picture's width or height that the model's box may fill.
 const FILL: f64 = 0.82;
 
-/// A scene that shows the model in `file`, framed for `film`. Errors are those of reading the model.
-pub fn scene_of_model(file: &Path, film: FilmDesc) -> Result<SceneDesc, AssetError> {
-    let model = load_obj(file, limits::DEFAULT_CREASE)?;
-    let (lower, upper) = bounds(&model);
-    let (centre, radius) = ((lower + upper) / 2.0, (upper - lower).length() / 2.0);
+/// A scene that shows the model in `file`, framed for `film`, and the model compiled, so that it need not be read again.
+/// Errors are those of reading the model.
+pub fn scene_of_model(file: &Path, film: FilmDesc) -> Result<(SceneDesc, Scene), CompileError> {
+    let stem = file.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
+    let mesh = ShapeDesc::Mesh { file: file.to_path_buf(), crease: limits::DEFAULT_CREASE };
+    let model = ObjectDesc { name: stem, ..ObjectDesc::new(mesh) };
+    let alone = compile(&SceneDesc { objects: vec![model.clone()], ..SceneDesc::default() }, None)?;
+    let (lower, upper) = alone
+        .objects()
+        .iter()
+        .find_map(Object::bounds)
+        .map_or((DVec3::NEG_ONE, DVec3::ONE), |bounds| (bounds.lower.as_dvec3(), bounds.upper.as_dvec3()));
+    Ok((around(model, is_bare(&alone), lower, upper, film), alone))
+}
 
+/// Whether the model's file has no materials of its own.
+fn is_bare(alone: &Scene) -> bool {
+    alone.objects().iter().all(|object| matches!(&object.shape, Shape::Mesh(mesh) if mesh.materials.is_empty()))
+}
+
+/// The scene around a model with this box. A bare model is made of clay.
+fn around(model: ObjectDesc, bare: bool, lower: DVec3, upper: DVec3, film: FilmDesc) -> SceneDesc {
+    let (centre, radius) = ((lower + upper) / 2.0, (upper - lower).length() / 2.0);
     let clay = MaterialDesc { color: color("#d9c7b0"), ambient: 0.2, specular: 0.15, ..named("clay") };
     let floor = MaterialDesc { color: color("#c9ccd1"), ambient: 0.25, specular: 0.0, reflect: 0.06, ..named("floor") };
-    let mesh = ShapeDesc::Mesh { file: file.to_path_buf(), crease: limits::DEFAULT_CREASE };
-    let stem = file.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
-    Ok(SceneDesc {
+    let light = |name: &str, place: DVec3, tint: &str, intensity| LightDesc {
+        name: name.into(),
+        kind: LightKind::Point { position: centre + radius * place, falloff: Falloff::None },
+        color: color(tint),
+        intensity,
+    };
+    let ground = ObjectDesc {
+        name: "floor".into(),
+        material: Some(floor.name.clone()),
+        // Not in the plane of a model that is flat itself.
+        translate: DVec3::new(centre.x, lower.y - 1e-4 * radius, centre.z),
+        ..ObjectDesc::new(ShapeDesc::Plane)
+    };
+    SceneDesc {
         film,
         camera: framing(lower, upper, f64::from(film.width) / f64::from(film.height)),
         world: WorldDesc {
@@ -35,36 +63,12 @@ pub fn scene_of_model(file: &Path, film: FilmDesc) -> Result<SceneDesc, AssetErr
         },
         render: RenderDesc::default(),
         lights: vec![
-            light("key", centre + radius * DVec3::new(-2.4, 3.6, 3.0), "#fff4e2", 0.75),
-            light("fill", centre + radius * DVec3::new(3.4, 2.2, 2.2), "#dbe7ff", 0.35),
+            light("key", DVec3::new(-2.4, 3.6, 3.0), "#fff4e2", 0.75),
+            light("fill", DVec3::new(3.4, 2.2, 2.2), "#dbe7ff", 0.35),
         ],
-        objects: vec![
-            ObjectDesc {
-                name: stem,
-                material: model.materials.is_empty().then(|| clay.name.clone()),
-                ..ObjectDesc::new(mesh)
-            },
-            ObjectDesc {
-                name: "floor".into(),
-                material: Some(floor.name.clone()),
-                // Not in the plane of a model that is flat itself.
-                translate: DVec3::new(centre.x, lower.y - 1e-4 * radius, centre.z),
-                ..ObjectDesc::new(ShapeDesc::Plane)
-            },
-        ],
-        materials: vec![clay, floor],
-    })
-}
-
-/// Corners of the model's box.
-fn bounds(model: &Model) -> (DVec3, DVec3) {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (lower, upper) = model.positions.iter().fold(none, |(lower, upper), position| {
-        let point = model.centre + position.as_dvec3();
-        (lower.min(point), upper.max(point))
-    });
-    // A model without a triangle is an error of loading, so this is for safety only.
-    if lower.cmple(upper).all() { (lower, upper) } else { (DVec3::NEG_ONE, DVec3::ONE) }
+        objects: vec![ObjectDesc { material: bare.then(|| clay.name.clone()), ..model }, ground],
+        materials: if bare { vec![clay, floor] } else { vec![floor] },
+    }
 }
 
 /// A camera from whose eye no corner of the box lies outside of the picture, and which is no farther than that needs.
@@ -93,15 +97,6 @@ fn framing(lower: DVec3, upper: DVec3, aspect: f64) -> CameraDesc {
 
 fn named(name: &str) -> MaterialDesc {
     MaterialDesc { name: name.into(), ..MaterialDesc::default() }
-}
-
-fn light(name: &str, position: DVec3, tint: &str, intensity: f64) -> LightDesc {
-    let LightDesc { kind, .. } = LightDesc::default();
-    let kind = match kind {
-        LightKind::Point { falloff, .. } => LightKind::Point { position, falloff },
-        directional => directional,
-    };
-    LightDesc { name: name.into(), kind, color: color(tint), intensity }
 }
 
 fn color(code: &str) -> Rgb {

@@ -3,9 +3,10 @@
 use super::Failure;
 use super::model_scene::scene_of_model;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, printable};
+use crate::scene::{Scene, compile};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -14,8 +15,12 @@ pub struct Opened {
     pub desc: SceneDesc,
     /// The file, or [`DEMO`].
     pub file: PathBuf,
-    /// Time to read it.
-    pub time: Duration,
+    /// What of it is compiled already.
+    pub compiled: Option<Scene>,
+    /// Time to read it, without that to build trees.
+    pub load_time: Duration,
+    /// Time to build trees.
+    pub build_time: Duration,
 }
 
 /// Longest scene file, bytes: far above any that people or programs make, far below what fills memory.
@@ -28,12 +33,20 @@ impl Opened {
         let begun = Instant::now();
         let file = file.unwrap_or(Path::new(DEMO));
         let is_model = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
-        let desc = if is_model {
-            scene_of_model(file, film.unwrap_or_default()).map_err(|error| Failure::Asked(error.to_string()))?
+        let (desc, compiled) = if is_model {
+            let (desc, model) = scene_of_model(file, film.unwrap_or_default()).map_err(Failure::asked)?;
+            (desc, Some(model))
         } else {
-            parse(&read(file)?, file).map_err(Failure::Scene)?
+            (parse(&read(file)?, file).map_err(Failure::Scene)?, None)
         };
-        Ok(Self { desc, file: file.to_path_buf(), time: begun.elapsed() })
+        let build_time = compiled.as_ref().map_or(Duration::ZERO, |model| model.summary.build_time);
+        let load_time = begun.elapsed().saturating_sub(build_time);
+        Ok(Self { desc, file: file.to_path_buf(), compiled, load_time, build_time })
+    }
+
+    /// The scene that rays meet.
+    pub fn compile(&self) -> Result<Scene, Failure> {
+        compile(&self.desc, self.compiled.as_ref()).map_err(Failure::asked)
     }
 
     /// The file's name without its ending.
@@ -52,12 +65,17 @@ impl Opened {
 fn read(file: &Path) -> Result<String, Failure> {
     let name = printable(&file.to_string_lossy()).into_owned();
     let refuse = |why: String| Failure::Asked(format!("cannot read {name}: {why}"));
+    let reason = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::IsADirectory => "this is a directory".to_owned(),
+        _ => error.to_string(),
+    };
     let mut bytes = Vec::new();
     match builtin(file) {
         Some(content) => bytes.extend(content),
         None => {
-            let opened = File::open(file).map_err(|e| refuse(e.to_string()))?;
-            opened.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(|e| refuse(e.to_string()))?;
+            let opened = File::open(file).map_err(|e| refuse(reason(e)))?;
+            opened.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(|e| refuse(reason(e)))?;
         }
     }
     if bytes.len() as u64 > MAX_TEXT {

@@ -1,7 +1,9 @@
 //! Progress on stderr.
 
-use crate::render::{Eta, Progress};
+use crate::render::{Eta, Progress, Settings};
+use crate::scene::Scene;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
@@ -24,8 +26,8 @@ pub enum Meter {
 const LINE_INTERVAL: Duration = Duration::from_secs(1);
 
 impl Meter {
-    /// What suits stderr.
-    pub fn new(quiet: bool, now: Instant) -> Self {
+    /// What suits stderr. Lines begin with one that says what is being done.
+    pub fn new(quiet: bool, scene: &Scene, settings: Settings, now: Instant) -> Self {
         if quiet {
             return Self::Quiet;
         }
@@ -35,7 +37,14 @@ impl Meter {
                 let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr_with_hz(10));
                 Self::Bar(bar.with_style(style))
             }
-            _ => Self::Lines { tenth: 0, last: now },
+            _ => {
+                let (width, height, samples) = (scene.width, scene.height, scene.render.samples);
+                tell(format_args!(
+                    "rendering {width}x{height}, {samples} samples a pixel, {} threads",
+                    settings.threads
+                ));
+                Self::Lines { tenth: 0, last: now }
+            }
         }
     }
 
@@ -52,8 +61,7 @@ impl Meter {
                 let reached = progress.percent() / 10;
                 if reached > *tenth && reached < 10 && now.saturating_duration_since(*last) >= LINE_INTERVAL {
                     (*tenth, *last) = (reached, now);
-                    // Who closed stderr does not want to know.
-                    let _ = writeln!(io::stderr(), "{}", line(progress, now));
+                    tell(line(progress, now));
                 }
             }
         }
@@ -65,6 +73,11 @@ impl Meter {
             bar.finish_and_clear();
         }
     }
+}
+
+/// A line on stderr. Who closed it does not want to know.
+fn tell(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// "42 %, 12 s gone, 15 to 18 s left".

@@ -1,9 +1,11 @@
 //! Rendering without a terminal: a loop over the events, a progress bar or lines on stderr, a report at the end.
 
+mod memory;
 mod meter;
 mod report;
 mod signals;
 
+pub use memory::{TooLarge, check_memory};
 pub use report::{Report, Seconds};
 
 use crate::render::{Film, Progress, RenderError, RenderEvent, Settings, start};
@@ -66,7 +68,7 @@ pub fn render(scene: Arc<Scene>, settings: Settings, quiet: bool) -> Result<Rend
     let begun = Instant::now();
     let mut film = Film::new(scene.width, scene.height);
     let mut progress = Progress::new(&scene, settings.threads.get(), begun);
-    let mut meter = Meter::new(quiet, begun);
+    let mut meter = Meter::new(quiet, &scene, settings, begun);
     let handle = start(scene, settings);
     loop {
         let event = handle.events().recv_timeout(PATIENCE);

@@ -1,7 +1,7 @@
 //! What a render was and took, for people and for programs.
 
-use super::Rendered;
 use super::meter::span;
+use super::{Rendered, memory};
 use crate::description::printable;
 use crate::render::Settings;
 use crate::scene::Scene;
@@ -134,17 +134,16 @@ pub struct Import {
 }
 
 impl Report {
-    /// `load`: time to read the scene file, to which that of models and pictures is added; `save`, `total`: see
-    /// [`Seconds`].
+    /// `file`: where the scene came from; `output`: where the picture went.
     pub fn new(
         scene: &Scene,
         rendered: &Rendered,
         settings: Settings,
-        names: (&Path, &Path),
-        (load, save, total): (Duration, Duration, Duration),
+        file: &Path,
+        output: &Path,
+        seconds: Seconds,
     ) -> Self {
         let (summary, progress, rays) = (&scene.summary, &rendered.progress, rendered.progress.rays);
-        let trace = rendered.time.as_secs_f64();
         let imports = summary.imports.iter().map(|(file, report)| Import {
             file: file.to_string_lossy().into_owned(),
             triangles: report.triangles,
@@ -158,8 +157,8 @@ impl Report {
         });
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            scene: names.0.to_string_lossy().into_owned(),
-            output: names.1.to_string_lossy().into_owned(),
+            scene: file.to_string_lossy().into_owned(),
+            output: output.to_string_lossy().into_owned(),
             size: [scene.width, scene.height],
             samples: scene.render.samples,
             shading: scene.render.shading.name(),
@@ -168,14 +167,7 @@ impl Report {
             max_depth: scene.render.max_depth,
             threads: settings.threads.get(),
             tile_size: settings.tile_size,
-            seconds: Seconds {
-                load: (load + summary.load_time).as_secs_f64(),
-                build: summary.build_time.as_secs_f64(),
-                first_picture: progress.first_picture.unwrap_or(rendered.time).as_secs_f64(),
-                trace,
-                save: save.as_secs_f64(),
-                total: total.as_secs_f64(),
-            },
+            seconds,
             rays: Rays {
                 camera: rays.camera,
                 shadow: rays.shadow,
@@ -183,10 +175,10 @@ impl Report {
                 refraction: rays.refraction,
                 total: rays.total(),
             },
-            rays_per_second: rays.total() as f64 / trace.max(1e-9),
+            rays_per_second: rays.total() as f64 / seconds.trace.max(1e-9),
             workers: workers.collect(),
             non_finite: progress.non_finite,
-            peak_memory_bytes: peak_memory(),
+            peak_memory_bytes: memory::peak(),
             pixel_hash: format!("{:016x}", rendered.film.hash()),
             contents: Contents {
                 objects: summary.objects,
@@ -229,20 +221,6 @@ fn many(number: f64) -> String {
     };
     let digits = if scaled < 9.995 { 2 } else { usize::from(scaled < 99.95) };
     format!("{scaled:.digits$} {unit}")
-}
-
-/// Most memory that the process held so far, in bytes.
-#[cfg(target_os = "linux")]
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kilobytes| kilobytes * 1024)
-}
-
-/// Most memory that the process held so far, in bytes: known on Linux only.
-#[cfg(not(target_os = "linux"))]
-fn peak_memory() -> Option<u64> {
-    None
 }
 
 #[cfg(test)]

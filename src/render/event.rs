@@ -68,11 +68,7 @@ pub struct RenderError {
 
 impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "render thread {} failed: {} (this is a bug in glimt; the picture so far is kept)",
-            self.worker, self.message
-        )
+        write!(f, "render thread {} failed: {} (this is a bug in glimt)", self.worker, self.message)
     }
 }
 

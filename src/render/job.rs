@@ -1,5 +1,6 @@
 //! Worker threads and their handle.
 
+use super::control::Control;
 use super::event::{RenderError, RenderEvent};
 use super::pass::Pass;
 use super::tile::{Rect, Tile, is_valid_side};
@@ -8,8 +9,8 @@ use crate::shading::sampler;
 use crossbeam_channel::{Receiver, Sender, bounded, unbounded};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 /// How a render is carried out; nothing here changes a bit of the picture.
@@ -38,40 +39,11 @@ const EVENTS_IN_FLIGHT: usize = 1024;
 /// Recursion over 64 levels of reflection needs little; this is plenty.
 const STACK: usize = 4 << 20;
 
-/// A running render. Dropping it cancels the render within one row of a tile, without waiting.
+/// A running render. Dropping it cancels the render before the next sample of each worker, without waiting.
 #[derive(Debug)]
 pub struct RenderHandle {
     events: Receiver<RenderEvent>,
     control: Arc<Control>,
-}
-
-/// What the owner of a render tells its workers.
-#[derive(Debug, Default)]
-struct Control {
-    cancelled: AtomicBool,
-    /// Read without the lock on the way; the lock is for sleeping.
-    paused: AtomicBool,
-    gate: Mutex<()>,
-    changed: Condvar,
-}
-
-impl Control {
-    fn set(&self, flag: &AtomicBool, value: bool) {
-        let _gate = self.gate.lock().unwrap_or_else(PoisonError::into_inner);
-        flag.store(value, Ordering::Relaxed);
-        self.changed.notify_all();
-    }
-
-    /// Waits while paused; false once cancelled.
-    fn go_on(&self) -> bool {
-        if self.paused.load(Ordering::Relaxed) {
-            let mut gate = self.gate.lock().unwrap_or_else(PoisonError::into_inner);
-            while self.paused.load(Ordering::Relaxed) && !self.cancelled.load(Ordering::Relaxed) {
-                gate = self.changed.wait(gate).unwrap_or_else(PoisonError::into_inner);
-            }
-        }
-        !self.cancelled.load(Ordering::Relaxed)
-    }
 }
 
 impl RenderHandle {
@@ -80,20 +52,20 @@ impl RenderHandle {
         &self.events
     }
 
-    /// Stops the workers between two rows until `resume`.
+    /// Stops the workers between two samples until `resume`.
     pub fn pause(&self) {
-        self.control.set(&self.control.paused, true);
+        self.control.pause(true);
     }
 
     /// Goes on after `pause`.
     pub fn resume(&self) {
-        self.control.set(&self.control.paused, false);
+        self.control.pause(false);
     }
 }
 
 impl Drop for RenderHandle {
     fn drop(&mut self) {
-        self.control.set(&self.control.cancelled, true);
+        self.control.cancel();
     }
 }
 
@@ -134,7 +106,7 @@ pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
         if let Err(error) = started {
             let message = format!("the system started no thread: {error}");
             let _ = event_sender.send(RenderEvent::Failed(RenderError { worker: index, message }));
-            control.set(&control.cancelled, true);
+            control.cancel();
             break;
         }
     }
@@ -161,7 +133,7 @@ impl Worker {
     fn run(self) {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.work()));
         if let Err(panic) = outcome {
-            self.control.set(&self.control.cancelled, true);
+            self.control.cancel();
             let text = |p: &(dyn std::any::Any + Send)| {
                 p.downcast_ref::<&str>().map(ToString::to_string).or_else(|| p.downcast_ref::<String>().cloned())
             };
@@ -180,7 +152,7 @@ impl Worker {
             if self.events.send(started).is_err() {
                 return;
             }
-            let Some(stats) = tile.trace(&self.scene, sampler, pass, || self.control.go_on()) else { return };
+            let Some(stats) = tile.trace(&self.scene, sampler, pass, &self.control) else { return };
             let image = tile.image(pass);
             if self.events.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass }).is_err() {
                 return;

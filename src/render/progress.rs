@@ -1,8 +1,8 @@
 //! How far a render is, as numbers.
 
-use super::{Pass, RayCounts, Rect, RenderEvent, TileStats};
+use super::forecast::{Eta, Forecast};
+use super::{Pass, RayCounts, Rect, RenderEvent};
 use crate::scene::Scene;
-use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
 
 /// Numbers gathered from the events of one render.
@@ -47,15 +47,6 @@ pub struct WorkerProgress {
     pub rays: u64,
     /// What it is working on.
     pub current: Option<Rect>,
-}
-
-/// Time that is left, as a range: the least and the most that recent forecasts say.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eta {
-    /// By the quickest of the recent forecasts.
-    pub low: Duration,
-    /// By the slowest of the recent forecasts.
-    pub high: Duration,
 }
 
 impl Progress {
@@ -109,7 +100,7 @@ impl Progress {
                 let elapsed = self.elapsed(now);
                 self.forecast.learn(tile.rect, stats, self.samples_per_pixel);
                 if self.passes.first() == Some(pass) {
-                    self.uncovered = self.uncovered.saturating_sub(area(tile.rect));
+                    self.uncovered = self.uncovered.saturating_sub(tile.rect.area());
                     if self.uncovered == 0 && self.first_picture.is_none() {
                         self.first_picture = Some(elapsed);
                     }
@@ -166,10 +157,6 @@ impl Progress {
     }
 }
 
-fn area(rect: Rect) -> u64 {
-    u64::from(rect.width) * u64::from(rect.height)
-}
-
 /// A clock that can be stopped.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
@@ -196,95 +183,11 @@ impl Clock {
     }
 }
 
-/// What is left, from what each tile has cost: every pass goes over all tiles, so the last visit to a tile tells what
-/// the next will cost, and glass does not count like sky. Dividing by how many seconds of tracing fit in a second of
-/// time gives the time that is left. How far recent forecasts of the whole time lie apart is the range.
-#[derive(Clone, Debug, Default)]
-struct Forecast {
-    tiles: HashMap<(u32, u32), TileCost>,
-    /// Sum of what is left of all tiles known, seconds of tracing.
-    work_left: f64,
-    /// Seconds of tracing so far.
-    work_done: f64,
-    notes: VecDeque<Note>,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct TileCost {
-    samples_left: u64,
-    /// Seconds of tracing to come.
-    work_left: f64,
-}
-
-/// The forecast at one moment, seconds.
-#[derive(Clone, Copy, Debug)]
-struct Note {
-    elapsed: f64,
-    work_done: f64,
-    total: f64,
-}
-
-/// Forecasts that make a range.
-const NOTES: usize = 8;
-/// Forecasts that are needed before a range is shown.
-const NOTES_NEEDED: usize = 3;
-/// Seconds between two forecasts at the start; later a share of the time gone, so that they span its last third.
-const NOTE_INTERVAL: f64 = 0.25;
-const NOTE_SHARE: f64 = 1.0 / 16.0;
-/// How much of the time left every range is widened on both sides: no machine keeps its pace better than that.
-const MARGIN: f64 = 0.05;
-
-impl Forecast {
-    fn learn(&mut self, rect: Rect, stats: &TileStats, samples_per_pixel: u64) {
-        let busy = stats.busy.as_secs_f64();
-        self.work_done += busy;
-        let all = TileCost { samples_left: area(rect) * samples_per_pixel, ..TileCost::default() };
-        let tile = self.tiles.entry((rect.x, rect.y)).or_insert(all);
-        self.work_left -= tile.work_left;
-        tile.samples_left = tile.samples_left.saturating_sub(stats.samples);
-        tile.work_left = busy / stats.samples.max(1) as f64 * tile.samples_left as f64;
-        self.work_left += tile.work_left;
-    }
-
-    /// Keeps a forecast if it is time for one.
-    fn note(&mut self, elapsed: Duration) {
-        let elapsed = elapsed.as_secs_f64();
-        let last = self.notes.back().map_or(0.0, |n| n.elapsed);
-        if elapsed - last < (elapsed * NOTE_SHARE).max(NOTE_INTERVAL) {
-            return;
-        }
-        let total = elapsed + self.left(elapsed);
-        if self.notes.len() == NOTES {
-            self.notes.pop_front();
-        }
-        self.notes.push_back(Note { elapsed, work_done: self.work_done, total });
-    }
-
-    /// Seconds left, at the pace since the oldest note.
-    fn left(&self, elapsed: f64) -> f64 {
-        let since = self.notes.front().map_or((0.0, 0.0), |n| (n.elapsed, n.work_done));
-        let pace = (self.work_done - since.1) / (elapsed - since.0);
-        // Rounding may leave a little less than nothing; no work in no time is no pace.
-        if pace > 0.0 { self.work_left.max(0.0) / pace } else { 0.0 }
-    }
-
-    fn eta(&self, elapsed: Duration) -> Option<Eta> {
-        if self.notes.len() < NOTES_NEEDED {
-            return None;
-        }
-        let elapsed = elapsed.as_secs_f64();
-        let now = elapsed + self.left(elapsed);
-        let (low, high) = self.notes.iter().fold((now, now), |(l, h), n| (l.min(n.total), h.max(n.total)));
-        let duration = |seconds: f64| Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX);
-        Some(Eta { low: duration((low - elapsed) * (1.0 - MARGIN)), high: duration((high - elapsed) * (1.0 + MARGIN)) })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::SplitMix64;
-    use crate::render::{RenderError, TileImage};
+    use crate::render::{RenderError, TileImage, TileStats};
 
     const SIDE: u32 = 32;
 
@@ -353,7 +256,7 @@ mod tests {
         match pass {
             Pass::Lattice { step: 8 } => on_lattice(8),
             Pass::Lattice { step } => on_lattice(step) - on_lattice(2 * step),
-            Pass::Refine { from, to } => area(rect) * u64::from(to - from),
+            Pass::Refine { from, to } => rect.area() * u64::from(to - from),
         }
     }
 

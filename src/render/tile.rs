@@ -1,5 +1,6 @@
 //! Rectangles of pixels and the sums that are gathered in them.
 
+use super::control::Control;
 use super::event::{TileImage, TileStats};
 use super::pass::{COARSEST, Pass};
 use crate::math::{Rgb, sample_in_pixel};
@@ -21,6 +22,11 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// Pixels in it.
+    pub fn area(self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
     /// Divides a film into tiles of this side (smaller ones at the right and lower edges), the middle first, then outward.
     pub fn spiral(width: u32, height: u32, side: u32) -> Vec<Rect> {
         let mut tiles: Vec<Rect> = (0..height.div_ceil(side))
@@ -58,38 +64,39 @@ impl Tile {
         self.rect
     }
 
-    /// Traces the samples of one pass. Between rows `go_on` is asked; `None` if it says no.
+    /// Traces the samples of one pass; `None` if the render is cancelled meanwhile.
     pub(super) fn trace(
         &mut self,
         scene: &Scene,
         sampler: Sampler,
         pass: Pass,
-        mut go_on: impl FnMut() -> bool,
+        control: &Control,
     ) -> Option<TileStats> {
         let mut stats = TileStats::default();
+        let mut start = Instant::now();
         let Rect { x, y, width, height } = self.rect;
-        for row in 0..height {
-            if !go_on() {
-                return None;
-            }
-            let start = Instant::now();
-            for column in 0..width {
-                let (px, py) = (x + column, y + row);
-                let at = (row * width + column) as usize;
-                for index in pass.samples_at(px, py) {
-                    let (u, v) = sample_in_pixel(px, py, index);
-                    let radiance = sampler(scene, f64::from(px) + u, f64::from(py) + v, &mut stats.rays);
-                    stats.samples += 1;
-                    if radiance.is_finite() {
-                        self.sums[at] += radiance;
-                        self.counts[at] += 1;
-                    } else {
-                        stats.non_finite += 1;
+        for (at, (row, column)) in (0..height).flat_map(|row| (0..width).map(move |column| (row, column))).enumerate() {
+            let (px, py) = (x + column, y + row);
+            for index in pass.samples_at(px, py) {
+                if control.calls() {
+                    stats.busy += start.elapsed();
+                    if !control.wait() {
+                        return None;
                     }
+                    start = Instant::now();
+                }
+                let (u, v) = sample_in_pixel(px, py, index);
+                let radiance = sampler(scene, f64::from(px) + u, f64::from(py) + v, &mut stats.rays);
+                stats.samples += 1;
+                if radiance.is_finite() {
+                    self.sums[at] += radiance;
+                    self.counts[at] += 1;
+                } else {
+                    stats.non_finite += 1;
                 }
             }
-            stats.busy += start.elapsed();
         }
+        stats.busy += start.elapsed();
         Some(stats)
     }
 

@@ -81,7 +81,28 @@ fn sample_whitted<K: Kernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCou
     counts.camera += 1;
     let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
     let media = scene.media_at_start(ray.origin);
-    Whitted { scene, counts }.radiance::<K>(ray, media, 0)
+    Whitted { scene, counts }.radiance::<K>(ray, media, Path { depth: 0, weight: 1.0 })
+}
+
+/// What lies between the eye and the start of a ray.
+#[derive(Clone, Copy)]
+struct Path {
+    /// Reflections and refractions.
+    depth: u32,
+    /// Product of their weights.
+    weight: f64,
+}
+
+/// Paths of less weight than this are not followed: what they bring is below the resolution of the film (Hall and
+/// Greenberg 1983 cut at a visible weight; this only keeps ray trees from growing without end).
+const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
+
+impl Path {
+    /// The path with one more reflection or refraction of this weight, if it is worth following.
+    fn after(self, weight: f64) -> Option<Path> {
+        let path = Path { depth: self.depth + 1, weight: self.weight * weight };
+        (path.weight >= NEGLIGIBLE).then_some(path)
+    }
 }
 
 struct Whitted<'a> {
@@ -110,15 +131,15 @@ struct Split {
 }
 
 impl Whitted<'_> {
-    /// What a ray sees that has been reflected or refracted `depth` times and starts inside of `media`.
-    fn radiance<K: Kernels>(&mut self, mut ray: Ray, mut media: MediumStack, depth: u32) -> Rgb {
+    /// What a ray sees that starts inside of `media` at the end of `path`.
+    fn radiance<K: Kernels>(&mut self, mut ray: Ray, mut media: MediumStack, path: Path) -> Rgb {
         let scene = self.scene;
         loop {
             let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
             let interaction = scene.interaction::<K>(&ray, &hit);
             let material = &scene.materials[interaction.material as usize];
             if material.transmit == 0.0 {
-                return self.shade::<K>(&ray, &interaction, material, media, None, depth);
+                return self.shade::<K>(&ray, &interaction, material, media, None, path);
             }
             // Rays that go on start up to this much behind the hit.
             let slant = ray.direction.dot(interaction.geometric_normal).abs().max(1e-3);
@@ -127,7 +148,7 @@ impl Whitted<'_> {
                 Crossing::Opaque(hit) => {
                     let interaction = scene.interaction::<K>(&ray, &hit);
                     let material = &scene.materials[interaction.material as usize];
-                    return self.shade::<K>(&ray, &interaction, material, media, None, depth);
+                    return self.shade::<K>(&ray, &interaction, material, media, None, path);
                 }
                 Crossing::Nothing(beyond) => {
                     // On with the same ray: nothing is computed anew.
@@ -135,7 +156,7 @@ impl Whitted<'_> {
                     media = beyond;
                 }
                 Crossing::Surface(beyond) => {
-                    return self.shade::<K>(&ray, &interaction, material, media, Some(beyond), depth);
+                    return self.shade::<K>(&ray, &interaction, material, media, Some(beyond), path);
                 }
             }
         }
@@ -178,7 +199,7 @@ impl Whitted<'_> {
         material: &Material,
         media: MediumStack,
         beyond: Option<MediumStack>,
-        depth: u32,
+        path: Path,
     ) -> Rgb {
         let scene = self.scene;
         let side = if interaction.entering { 1.0 } else { -1.0 };
@@ -187,22 +208,22 @@ impl Whitted<'_> {
         let mut sum = local_radiance::<K, true>(scene, material, interaction, normal, -ray.direction, |light| {
             self.visible_part::<K>(interaction, light)
         });
-        if depth >= scene.render.max_depth || (material.reflect == 0.0 && material.transmit == 0.0) {
+        if path.depth >= scene.render.max_depth || (material.reflect == 0.0 && material.transmit == 0.0) {
             return sum;
         }
         let eta = beyond.map(|b| media.ior(scene) / b.ior(scene));
         let split = split::<K>(material, ray, normal, facet, eta, interaction.entering);
-        if split.reflect > 0.0 {
+        if let Some(path) = path.after(split.reflect) {
             self.counts.reflection += 1;
             let mirrored = interaction.spawn_ray::<K>(reflect(ray.direction, split.normal, facet));
-            sum += self.radiance::<K>(mirrored, media, depth + 1) * split.reflect;
+            sum += self.radiance::<K>(mirrored, media, path) * split.reflect;
         }
         if let (Some((weight, direction)), Some(beyond)) = (split.transmit, beyond)
-            && weight > 0.0
+            && let Some(path) = path.after(weight)
         {
             self.counts.refraction += 1;
             let refracted = interaction.spawn_ray::<K>(direction);
-            sum += self.radiance::<K>(refracted, beyond, depth + 1) * weight;
+            sum += self.radiance::<K>(refracted, beyond, path) * weight;
         }
         sum
     }

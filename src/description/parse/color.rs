@@ -72,5 +72,5 @@ fn wrong_color(text: &str) -> Words {
         None if !text.is_empty() && text.chars().all(|c| c.is_ascii_hexdigit()) => "is a # missing?".to_owned(),
         None => did_you_mean(text, NAMED_COLORS.keys().map(|name| name.as_str()), "not a colour name"),
     };
-    Words::new(format!("no colour {}", quoted(text)), label)
+    Words::new(format!("{} is not a colour", quoted(text)), label)
 }

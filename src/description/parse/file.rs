@@ -64,23 +64,28 @@ fn reason(error: &io::Error) -> String {
 
 fn unreadable<'a>(report: &mut Report<'a>, span: Span, written: &'a str, path: PathBuf, problem: Rc<str>) {
     report.mistake(span, move || {
-        let words = |label: &str| Words::new(format!("cannot read {}", quoted(written)), label);
-        let (Some(parent), Some(name)) = (path.parent(), path.file_name()) else {
-            return words(&problem);
-        };
-        let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-        let Ok(entries) = fs::read_dir(parent) else {
-            return words(&problem).help(format!("the directory {} cannot be read", quoted(&parent.to_string_lossy())));
-        };
-        let names: Vec<String> =
-            entries.take(ENTRIES).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
-        let name = name.to_string_lossy();
-        match nearest(&name, names.iter().map(String::as_str).filter(|other| *other != name)) {
-            None => words(&problem).help("paths are relative to the directory of the scene file"),
-            Some(other) => {
-                let meant = Path::new(written).with_file_name(other);
-                words(&problem).help(format!("did you mean {}?", quoted(&meant.to_string_lossy())))
-            }
-        }
+        let words = Words::new(format!("cannot read {}", quoted(written)), &*problem);
+        if path.exists() { words } else { words.help(advice(written, &path)) }
     });
+}
+
+/// What to do about a file that does not exist.
+fn advice(written: &str, path: &Path) -> String {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = fs::read_dir(parent) else {
+        let parent = Path::new(written).parent().unwrap_or(Path::new(written));
+        return format!("there is no directory {}", quoted(&parent.to_string_lossy()));
+    };
+    let names: Vec<String> =
+        entries.take(ENTRIES).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+    let name = path.file_name().unwrap_or_default();
+    let similar = names.iter().map(String::as_str).filter(|other| {
+        let other = Path::new(other);
+        other.extension() == Path::new(name).extension() || other.file_stem() == Path::new(name).file_stem()
+    });
+    match nearest(&name.to_string_lossy(), similar) {
+        Some(other) => format!("did you mean {}?", quoted(&Path::new(written).with_file_name(other).to_string_lossy())),
+        None if written.contains('\\') => "directories are divided by /".to_owned(),
+        None => "paths are relative to the directory of the scene file".to_owned(),
+    }
 }

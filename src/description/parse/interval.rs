@@ -38,7 +38,13 @@ impl Interval {
     /// "from 0 to 1".
     pub fn words(self) -> String {
         let (low, high) = (short(self.low), short(self.high));
-        if self.closed { format!("from {low} to {high}") } else { format!("above {low} and below {high}") }
+        if self.low == limits::MIN_LENGTH {
+            format!("above 0 (from {low} to {high})")
+        } else if self.closed {
+            format!("from {low} to {high}")
+        } else {
+            format!("above {low} and below {high}")
+        }
     }
 }
 

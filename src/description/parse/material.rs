@@ -30,7 +30,7 @@ pub(super) const IOR: Interval = Interval::closed(0.1, 10.0);
 
 /// Reads a material; its name is empty if that is wrong.
 pub(super) fn material<'a>(report: &mut Report<'a>, files: &mut Files<'a>, section: &Section<'a>) -> MaterialDesc {
-    section.check_keys(report, KEYS, &[], None);
+    section.check_keys(report, KEYS);
     let default = MaterialDesc::default();
     let name = section.require(report, "name", "objects refer to a material by its name, as in name = \"glass\"");
     let mut number = |key, range, default| section.read(key, |v| v.number(report, range)).unwrap_or(default);
@@ -62,7 +62,10 @@ const WRAPS: &[(&str, Wrap)] = &[("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp
 const UV: Interval = Interval::closed(-1e6, 1e6);
 
 fn texture<'a>(report: &mut Report<'a>, files: &mut Files<'a>, value: Value<'a>) -> Option<TextureDesc> {
-    let section = Section::open(report, value.key, value.toml, "a texture", TEXTURE_FORMS)?;
+    let Some(section) = Section::of("`texture`", value.toml) else {
+        value.wrong_type(report, "a table", Some(TEXTURE_FORMS));
+        return None;
+    };
     let [picture, checker] = &TEXTURE_KINDS;
     let (file, colors) = (section.value("file"), section.value("checker"));
     let kind = match (file, colors) {
@@ -70,7 +73,8 @@ fn texture<'a>(report: &mut Report<'a>, files: &mut Files<'a>, value: Value<'a>)
         (None, Some(_)) => Some(checker),
         _ => None,
     };
-    section.check_keys(report, TEXTURE_KEYS, &TEXTURE_KINDS, kind);
+    let section = section.as_kind(&TEXTURE_KINDS, kind);
+    section.check_keys(report, TEXTURE_KEYS);
     let scale = section.read("scale", |v| {
         let scale = if v.is_number() { v.number(report, UV).map(DVec2::splat) } else { v.vec2(report, UV) }?;
         not_zero(report, v, scale.x == 0.0 || scale.y == 0.0).then_some(scale)
@@ -88,13 +92,13 @@ fn texture<'a>(report: &mut Report<'a>, files: &mut Files<'a>, value: Value<'a>)
             TextureSource::Checker { colors: [first?, second?], size }
         }
         (Some(_), Some(second)) => {
-            report.mistake(second.span(), || {
+            report.conflict(second.span(), || {
                 Words::new("a texture is a picture or a checker", "remove `file` or `checker`")
             });
             return None;
         }
         (None, None) => {
-            report.mistake(value.span(), || {
+            report.conflict(value.span(), || {
                 Words::new("a texture needs `file` or `checker`", "both are missing").help(TEXTURE_FORMS)
             });
             return None;

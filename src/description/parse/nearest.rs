@@ -1,7 +1,11 @@
 //! What may have been meant by a name that does not exist.
 
+use std::borrow::Cow;
+
 /// Longest part of a name from the file that is repeated in a message, in characters.
 const QUOTED: usize = 40;
+/// Most names that are listed.
+const LISTED: usize = 12;
 /// How alike (Jaro and Winkler, 1 is equal) a name must be to be suggested.
 const ALIKE: f64 = 0.8;
 
@@ -23,6 +27,16 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("from", "position"),
     ("glossiness", "shininess"),
     ("image", "file"),
+    ("image", "film"),
+    ("picture", "film"),
+    ("sphere", "object"),
+    ("shape", "object"),
+    ("cuboid", "object"),
+    ("mesh", "object"),
+    ("settings", "render"),
+    ("environment", "world"),
+    ("background", "world"),
+    ("texture", "material"),
     ("index", "ior"),
     ("k_a", "ambient"),
     ("k_d", "diffuse"),
@@ -78,18 +92,22 @@ pub(super) fn did_you_mean<'n>(wrong: &str, valid: impl IntoIterator<Item = &'n 
 
 /// A name from the file for use in a message.
 pub(super) fn quoted(name: &str) -> String {
+    format!("`{}`", shortened(name))
+}
+
+fn shortened(name: &str) -> Cow<'_, str> {
     match name.char_indices().nth(QUOTED) {
-        None => format!("`{name}`"),
-        Some((end, _)) => format!("`{}…`", &name[..end]),
+        None => Cow::Borrowed(name),
+        Some((end, _)) => Cow::Owned(format!("{}…", &name[..end])),
     }
 }
 
-/// `a, b, c`, cut after a dozen.
+/// `a, b, c`, cut if there are many.
 pub(super) fn list<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
     let mut names = names.into_iter();
-    let mut shown: Vec<_> = names.by_ref().take(12).map(|name| quoted(name).trim_matches('`').to_owned()).collect();
+    let mut shown: Vec<_> = names.by_ref().take(LISTED).map(shortened).collect();
     if names.next().is_some() {
-        shown.push("…".to_owned());
+        shown.push(Cow::Borrowed("…"));
     }
     shown.join(", ")
 }

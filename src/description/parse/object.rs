@@ -47,18 +47,19 @@ impl<'a> ObjectReader<'a> {
         &mut self,
         report: &mut Report<'a>,
         files: &mut Files<'a>,
-        section: &Section<'a>,
+        section: Section<'a>,
     ) -> Option<ObjectDesc> {
         let kind = section
-            .require(report, "shape", "one of: sphere, cuboid, cylinder, cone, plane, quad, mesh, spheres")
+            .require(report, "shape", "write shape = \"sphere\", or cuboid, cylinder, cone, plane, quad, mesh, spheres")
             .and_then(|v| v.one_of(report, &SHAPES, |shape| shape.name));
-        section.check_keys(report, KEYS, &SHAPES, kind);
+        let section = section.as_kind(&SHAPES, kind);
+        section.check_keys(report, KEYS);
         let name = section.read("name", |v| v.text(report)).unwrap_or_default().to_owned();
         let material = section.read("material", |v| self.material(report, v));
         let translate = section.read("translate", |v| v.vec3(report, Interval::PLACE)).unwrap_or(DVec3::ZERO);
         let rotate = section.read("rotate", |v| v.vec3(report, DEGREES)).unwrap_or(DVec3::ZERO);
         let scale = section.read("scale", |v| scale(report, v)).unwrap_or(DVec3::ONE);
-        let shape = self.shape(report, files, section, kind?)?;
+        let shape = self.shape(report, files, &section, kind?)?;
         Some(ObjectDesc { name, shape, material, translate, rotate, scale })
     }
 
@@ -66,7 +67,7 @@ impl<'a> ObjectReader<'a> {
         let name = value.text(report)?;
         if !self.names.contains(name) {
             let materials = self.materials;
-            report.mistake(value.span(), move || {
+            report.conflict(value.span(), move || {
                 let names = || materials.iter().map(|material| material.name.as_str()).filter(|name| !name.is_empty());
                 let words = Words::new(
                     format!("no material {}", quoted(name)),
@@ -109,7 +110,7 @@ impl<'a> ObjectReader<'a> {
                 let crease = section
                     .read("crease", |v| v.number(report, Interval::closed(0.0, 180.0)))
                     .unwrap_or(limits::DEFAULT_CREASE);
-                let file = section.require(report, "file", "as in file = \"models/knot.obj\"")?;
+                let file = section.require(report, "file", "write file = \"models/knot.obj\" or the like")?;
                 ShapeDesc::Mesh { file: files.path(report, file)?, crease }
             }
             // The last of `SHAPES`.
@@ -139,13 +140,13 @@ impl<'a> ObjectReader<'a> {
                 self.spheres.entry(path).or_insert(found.ok()).clone()
             }
             (Some(_), Some(file)) => {
-                report.mistake(file.span(), || {
+                report.conflict(file.span(), || {
                     Words::new("spheres come from `data` or from `file`", "remove `file` or `data`")
                 });
                 None
             }
             (None, None) => {
-                report.mistake(section.span.clone(), || {
+                report.conflict(section.span.clone(), || {
                     Words::new("a group of spheres needs `data` or `file`", "both are missing")
                         .help("write data = [[x, y, z, radius], ..] or file = \"spheres.csv\"")
                 });

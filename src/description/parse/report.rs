@@ -16,7 +16,19 @@ pub(super) struct Report<'a> {
 
 struct Mistake<'a> {
     span: Span,
+    certainty: Certainty,
     tell: Box<dyn FnOnce() -> Words + 'a>,
+}
+
+/// Whether a mistake is one even if other parts of the text could not be read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Certainty {
+    /// It shows in the underlined text alone.
+    Alone,
+    /// It shows only together with the rest.
+    Together,
+    /// It is what could not be read.
+    Syntax,
 }
 
 /// What a mistake says.
@@ -45,9 +57,19 @@ impl<'a> Report<'a> {
         Self { text, file, mistakes: Vec::new() }
     }
 
-    /// A mistake in the bytes `span` of the text.
+    /// A mistake in the bytes `span` of the text, whatever stands elsewhere.
     pub fn mistake(&mut self, span: Span, tell: impl FnOnce() -> Words + 'a) {
-        self.mistakes.push(Mistake { span, tell: Box::new(tell) });
+        self.mistakes.push(Mistake { span, certainty: Certainty::Alone, tell: Box::new(tell) });
+    }
+
+    /// Bytes `span` of the text that do not fit the rest of it: something is missing, or contradicts.
+    pub fn conflict(&mut self, span: Span, tell: impl FnOnce() -> Words + 'a) {
+        self.mistakes.push(Mistake { span, certainty: Certainty::Together, tell: Box::new(tell) });
+    }
+
+    /// Bytes `span` of the text that are no TOML.
+    pub fn syntax(&mut self, span: Span, tell: impl FnOnce() -> Words + 'a) {
+        self.mistakes.push(Mistake { span, certainty: Certainty::Syntax, tell: Box::new(tell) });
     }
 
     /// Number of mistakes so far.
@@ -55,9 +77,14 @@ impl<'a> Report<'a> {
         self.mistakes.len()
     }
 
-    /// Forgets those mistakes whose place is not wanted.
-    pub fn retain(&mut self, wanted: impl Fn(&Span) -> bool) {
-        self.mistakes.retain(|m| wanted(&m.span));
+    /// Where the text could not be read: forgets the mistakes that may follow from that, which are all conflicts, and
+    /// the others whose place is `doubtful`.
+    pub fn doubt(&mut self, doubtful: impl Fn(&Span) -> bool) {
+        self.mistakes.retain(|mistake| match mistake.certainty {
+            Certainty::Alone => !doubtful(&mistake.span),
+            Certainty::Together => false,
+            Certainty::Syntax => true,
+        });
     }
 
     /// The mistakes in the order of the text; of many, the first ones and how many follow.

@@ -8,11 +8,14 @@ use toml::de::DeTable;
 
 /// A table with a known set of keys.
 pub(super) struct Section<'a> {
-    /// With its article, for messages: "a light".
-    noun: &'static str,
+    /// As in the file, for messages: `[[light]]`.
+    title: &'static str,
     /// Where it begins.
     pub span: Span,
     table: &'a DeTable<'a>,
+    /// What it may be, and what it is.
+    kinds: &'static [Kind],
+    kind: Option<&'static Kind>,
 }
 
 /// What a section may be, and the keys that only this kind of it has.
@@ -25,25 +28,21 @@ pub(super) struct Kind {
 }
 
 impl<'a> Section<'a> {
-    /// The table `toml`; a mistake if it is something else. `form` shows how such a table is written.
-    pub fn open(
-        report: &mut Report<'a>,
-        key: &'a str,
-        toml: &'a Toml<'a>,
-        noun: &'static str,
-        form: &'static str,
-    ) -> Option<Self> {
-        let table = toml.get_ref().as_table();
-        if table.is_none() {
-            Value { key, toml }.wrong_type(report, "a table", Some(form));
-        }
-        Some(Self { noun, span: toml.span(), table: table? })
+    /// The section in `toml`, if that is a table.
+    pub fn of(title: &'static str, toml: &'a Toml<'a>) -> Option<Self> {
+        let table = toml.get_ref().as_table()?;
+        Some(Self { title, span: toml.span(), table, kinds: &[], kind: None })
+    }
+
+    /// The same as one of `kinds`; `None` if it is not known which.
+    pub fn as_kind(self, kinds: &'static [Kind], kind: Option<&'static Kind>) -> Self {
+        Self { kinds, kind, ..self }
     }
 
     /// The value of a key, if the file has it.
     pub fn value(&self, key: &str) -> Option<Value<'a>> {
         let (key, toml) = self.table.get_key_value(key)?;
-        Some(Value { key: key.get_ref(), toml })
+        Some(Value { key: key.get_ref(), toml, element: false })
     }
 
     /// Reads the value of a key; `None` if the file does not have it, or has it wrong.
@@ -55,55 +54,48 @@ impl<'a> Section<'a> {
     pub fn require(&self, report: &mut Report<'a>, key: &'static str, form: &'static str) -> Option<Value<'a>> {
         let found = self.value(key);
         if found.is_none() {
-            let noun = self.noun;
-            report.mistake(self.span.clone(), move || {
+            let noun = self.noun();
+            report.conflict(self.span.clone(), move || {
                 Words::new(format!("{noun} needs `{key}`"), format!("`{key}` is missing")).help(form)
             });
         }
         found
     }
 
-    /// Adds a mistake for every key that is not known. Beside the `common` ones a section has the keys of its `kind`;
-    /// if that is not known, those of all `kinds`.
-    pub fn check_keys(
-        &self,
-        report: &mut Report<'a>,
-        common: &'static [&'static str],
-        kinds: &'static [Kind],
-        kind: Option<&'static Kind>,
-    ) {
-        let own = kind.map_or(&[][..], |kind| kind.keys);
+    /// Adds a mistake for every key that is not known. Beside the `common` ones a section has the keys of its kind; if
+    /// that is not known, those of all its kinds.
+    pub fn check_keys(&self, report: &mut Report<'a>, common: &'static [&'static str]) {
+        let own = self.kind.map_or(&[][..], |kind| kind.keys);
         for key in self.table.keys() {
             let name: &'a str = key.get_ref();
             if common.contains(&name) || own.contains(&name) {
                 continue;
             }
-            let mut having = kinds.iter().filter(move |kind| kind.keys.contains(&name)).peekable();
-            match (having.peek(), kind) {
-                (Some(_), None) => {}
-                (Some(_), Some(kind)) => report.mistake(key.span(), move || {
-                    let having: Vec<_> = having.map(|kind| kind.noun).collect();
-                    let message = format!("`{name}` does not apply to {}", kind.noun);
-                    Words::new(message, format!("only {} has it", having.join(" or ")))
-                        .help(keys_of(kind.noun, common, kind.keys))
+            let mut having = self.kinds.iter().filter(move |kind| kind.keys.contains(&name)).peekable();
+            let (title, noun, kinds) = (self.title, self.noun(), self.kinds);
+            match (having.peek(), self.kind) {
+                (None, kind) => report.mistake(key.span(), move || {
+                    let others = kinds.iter().filter(|_| kind.is_none()).flat_map(|kind| kind.keys);
+                    let names = own.iter().chain(common).chain(others).copied();
+                    Words::new(format!("{title} has no key {}", quoted(name)), did_you_mean(name, names, "not known"))
+                        .help(keys_of(noun, own, common))
                 }),
-                (None, _) => {
-                    let (noun, all) = (kind.map_or(self.noun, |kind| kind.noun), kinds);
-                    report.mistake(key.span(), move || {
-                        let others = all.iter().flat_map(|kind| kind.keys).filter(|_| kind.is_none());
-                        let names = || common.iter().chain(own).chain(others.clone()).copied();
-                        Words::new(
-                            format!("{noun} has no key {}", quoted(name)),
-                            did_you_mean(name, names(), "not known"),
-                        )
-                        .help(keys_of(noun, common, own))
-                    });
-                }
+                (Some(_), Some(_)) => report.conflict(key.span(), move || {
+                    let having: Vec<_> = having.map(|kind| kind.noun).collect();
+                    let message = format!("`{name}` does not apply to {noun}");
+                    Words::new(message, format!("only {} has it", having.join(" or "))).help(keys_of(noun, own, common))
+                }),
+                (Some(_), None) => {}
             }
         }
     }
+
+    /// What this is, for messages.
+    fn noun(&self) -> &'static str {
+        self.kind.map_or(self.title, |kind| kind.noun)
+    }
 }
 
-fn keys_of(noun: &str, common: &[&str], own: &[&str]) -> String {
+fn keys_of(noun: &str, own: &[&str], common: &[&str]) -> String {
     format!("keys of {noun}: {}", list(own.iter().chain(common).copied()))
 }

@@ -4,34 +4,34 @@ use super::interval::Interval;
 use super::material::IOR;
 use super::report::{Report, Words};
 use super::section::{Kind, Section};
-use super::single;
 use super::value::Value;
+use super::{CAMERA, FILM, RENDER, WORLD, single};
 use crate::description::{
     Background, CameraDesc, Falloff, FilmDesc, LightDesc, LightKind, Numerics, Projection, RenderDesc, SceneDesc,
     Shading, Shadows, WorldDesc, limits,
 };
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
 /// Reads the sections that stand once; the rest of the scene is empty.
 pub(super) fn settings<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>) -> SceneDesc {
     let mut scene = SceneDesc::default();
-    if let Some(section) = single(report, root, "film", "the film", "write [film]") {
+    if let Some(section) = single(root, FILM) {
         scene.film = film(report, &section);
     }
-    if let Some(section) = single(report, root, "camera", "the camera", "write [camera]") {
-        scene.camera = camera(report, &section);
+    if let Some(section) = single(root, CAMERA) {
+        scene.camera = camera(report, section);
     }
-    if let Some(section) = single(report, root, "world", "the world", "write [world]") {
+    if let Some(section) = single(root, WORLD) {
         scene.world = world(report, &section);
     }
-    if let Some(section) = single(report, root, "render", "the section [render]", "write [render]") {
+    if let Some(section) = single(root, RENDER) {
         scene.render = render(report, &section);
     }
     scene
 }
 
 fn film<'a>(report: &mut Report<'a>, section: &Section<'a>) -> FilmDesc {
-    section.check_keys(report, &["width", "height"], &[], None);
+    section.check_keys(report, &["width", "height"]);
     let default = FilmDesc::default();
     let mut side = |key, default| count(report, section, key, 1..=limits::MAX_SIDE, default);
     FilmDesc { width: side("width", default.width), height: side("height", default.height) }
@@ -57,19 +57,20 @@ const FOV: Interval = Interval::open(0.0, 180.0);
 /// Sine of the smallest angle between view and `up`.
 const PARALLEL: f64 = 1e-9;
 
-fn camera<'a>(report: &mut Report<'a>, section: &Section<'a>) -> CameraDesc {
+fn camera<'a>(report: &mut Report<'a>, section: Section<'a>) -> CameraDesc {
     let default = CameraDesc::default();
     let kind = match section.value("projection") {
         None => PROJECTIONS.first(),
         Some(projection) => projection.one_of(report, &PROJECTIONS, |kind| kind.name),
     };
-    section.check_keys(report, CAMERA_KEYS, &PROJECTIONS, kind);
+    let section = section.as_kind(&PROJECTIONS, kind);
+    section.check_keys(report, CAMERA_KEYS);
     let before = report.count();
     let position = section.read("position", |v| v.vec3(report, Interval::PLACE)).unwrap_or(default.position);
     let look_at = section.read("look_at", |v| v.vec3(report, Interval::PLACE)).unwrap_or(default.look_at);
     let up = section.read("up", |v| v.direction(report)).unwrap_or(default.up);
     if report.count() == before {
-        check_view(report, section, position, look_at, up);
+        check_view(report, &section, position, look_at, up);
     }
     let fov = section.read("fov", |v| v.number(report, FOV));
     let view_height = section.read("view_height", |v| v.number(report, Interval::LENGTH));
@@ -93,25 +94,27 @@ fn check_view<'a>(
     up: glam::DVec3,
 ) {
     let place =
-        |keys: [&str; 2]| keys.iter().find_map(|key| section.value(key)).map_or(section.span.clone(), Value::span);
+        |keys: &[&str]| keys.iter().find_map(|key| section.value(key)).map_or(section.span.clone(), Value::span);
     let view = (look_at - position).normalize_or_zero();
     if view == glam::DVec3::ZERO {
-        report.mistake(place(["look_at", "position"]), || {
+        report.conflict(place(&["look_at", "position"]), || {
             Words::new("`look_at` and `position` are the same point", "the camera must look at another point")
         });
     } else if view.cross(up.normalize_or_zero()).length() < PARALLEL {
-        report.mistake(place(["up", "look_at"]), || {
-            Words::new(
-                "`up` is parallel to the view",
-                "must point to another direction than from `position` to `look_at`",
-            )
-            .help("looking straight down, write up = [0, 0, -1]")
+        let vertical = view.x.hypot(view.z) < view.y.abs();
+        let given = section.value("up").is_some();
+        report.conflict(place(&["up", "look_at", "position"]), move || {
+            let label =
+                if given { "must point elsewhere than the view" } else { "`up` is [0, 1, 0] where it is not given" };
+            let other = if vertical { "[0, 0, -1]" } else { "[0, 1, 0]" };
+            Words::new("the camera looks along `up`", label)
+                .help(format!("`up` is what is upward in the picture; for this view write up = {other}"))
         });
     }
 }
 
 fn world<'a>(report: &mut Report<'a>, section: &Section<'a>) -> WorldDesc {
-    section.check_keys(report, &["ambient", "background", "ior"], &[], None);
+    section.check_keys(report, &["ambient", "background", "ior"]);
     let default = WorldDesc::default();
     WorldDesc {
         ambient: section.read("ambient", |v| v.color(report)).unwrap_or(default.ambient),
@@ -123,11 +126,10 @@ fn world<'a>(report: &mut Report<'a>, section: &Section<'a>) -> WorldDesc {
 const GRADIENT: &str = r#"write background = { top = "skyblue", bottom = "white" }"#;
 
 fn background<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Background> {
-    if !matches!(value.toml.get_ref(), DeValue::Table(_)) {
+    let Some(section) = Section::of("`background`", value.toml) else {
         return value.color(report).map(Background::Solid);
-    }
-    let section = Section::open(report, value.key, value.toml, "a background", GRADIENT)?;
-    section.check_keys(report, &["top", "bottom"], &[], None);
+    };
+    section.check_keys(report, &["top", "bottom"]);
     let top = section.require(report, "top", GRADIENT).and_then(|v| v.color(report));
     let bottom = section.require(report, "bottom", GRADIENT).and_then(|v| v.color(report));
     Some(Background::Gradient { top: top?, bottom: bottom? })
@@ -144,7 +146,7 @@ const NUMERICS: &[(&str, Numerics)] = &[
 ];
 
 fn render<'a>(report: &mut Report<'a>, section: &Section<'a>) -> RenderDesc {
-    section.check_keys(report, &["shading", "max_depth", "samples", "shadows", "numerics"], &[], None);
+    section.check_keys(report, &["shading", "max_depth", "samples", "shadows", "numerics"]);
     let default = RenderDesc::default();
     RenderDesc {
         shading: section.read("shading", |v| v.choice(report, SHADINGS)).unwrap_or(default.shading),
@@ -163,19 +165,20 @@ static LIGHT_KINDS: [Kind; 2] = [
 const FALLOFFS: &[(&str, Falloff)] = &[("none", Falloff::None), ("inverse-square", Falloff::InverseSquare)];
 
 /// Reads a light; `None` if its kind is wrong.
-pub(super) fn light<'a>(report: &mut Report<'a>, section: &Section<'a>) -> Option<LightDesc> {
+pub(super) fn light<'a>(report: &mut Report<'a>, section: Section<'a>) -> Option<LightDesc> {
     let default = LightDesc::default();
     let kind = match section.value("kind") {
         None => LIGHT_KINDS.first(),
         Some(kind) => kind.one_of(report, &LIGHT_KINDS, |kind| kind.name),
     };
-    section.check_keys(report, LIGHT_KEYS, &LIGHT_KINDS, kind);
+    let section = section.as_kind(&LIGHT_KINDS, kind);
+    section.check_keys(report, LIGHT_KEYS);
     let name = section.read("name", |v| v.text(report)).unwrap_or_default().to_owned();
     let color = section.read("color", |v| v.color(report)).unwrap_or(default.color);
     let intensity = section.read("intensity", |v| v.number(report, Interval::LIGHT)).unwrap_or(default.intensity);
     let kind = match kind?.name {
-        "directional" => directional(report, section)?,
-        _ => point(report, section, default.kind),
+        "directional" => directional(report, &section)?,
+        _ => point(report, &section, default.kind),
     };
     Some(LightDesc { name, kind, color, intensity })
 }

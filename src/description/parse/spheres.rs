@@ -21,7 +21,7 @@ pub(super) fn inline<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Ar
     let spheres: Vec<Option<[f64; 4]>> = array
         .iter()
         .map(|toml| {
-            let sphere = Value { key: value.key, toml };
+            let sphere = Value { toml, element: true, ..value };
             let [x, y, z, r] = sphere.elements(report, "an array of [x, y, z, radius]")?;
             let [x, y, z] = [x, y, z].map(|v| v.number(report, Interval::PLACE));
             let r = r.number(report, Interval::LENGTH);
@@ -56,7 +56,8 @@ pub(super) fn from_text(text: &str, file: &Path) -> Result<Arc<[[f64; 4]]>, Vec<
         }
         start += line.len();
         if mistakes.len() == SHOWN {
-            return Err(mistakes);
+            let rest = Diagnostic::new(file, text, start..start, "the rest of this file was not read", "");
+            return Err(mistakes.into_iter().chain([rest]).collect());
         }
     }
     if spheres.is_empty() && mistakes.is_empty() {
@@ -73,7 +74,7 @@ fn sphere(line: &str) -> Result<[f64; 4], (Range<usize>, String)> {
         let start = field.as_ptr() as usize - line.as_ptr() as usize;
         let at = start..start + field.len();
         let Some(number) = numbers.get_mut(count) else {
-            return Err((at.start..line.len(), "more than four numbers".to_owned()));
+            return Err((at.start..line.len(), "this line has more than 4 numbers".to_owned()));
         };
         let range = if count < 3 { Interval::PLACE } else { Interval::LENGTH };
         *number = field.parse().map_err(|_| (at.clone(), "not a number".to_owned()))?;
@@ -84,7 +85,7 @@ fn sphere(line: &str) -> Result<[f64; 4], (Range<usize>, String)> {
     }
     if count < 4 {
         let start = line.len() - line.trim_start().len();
-        return Err((start..line.len(), format!("{count} of the four numbers of a sphere")));
+        return Err((start..line.len(), format!("this line has {count} of 4 numbers")));
     }
     Ok(numbers)
 }

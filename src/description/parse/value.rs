@@ -8,11 +8,13 @@ use glam::{DVec2, DVec3};
 use std::ops::RangeInclusive;
 use toml::de::DeValue;
 
-/// A value and the key that it belongs to; elements of arrays belong to the array's key.
+/// A value and the key that it belongs to.
 #[derive(Clone, Copy)]
 pub(super) struct Value<'a> {
     pub key: &'a str,
     pub toml: &'a Toml<'a>,
+    /// Whether this is an element of the array that belongs to the key.
+    pub element: bool,
 }
 
 impl<'a> Value<'a> {
@@ -20,14 +22,20 @@ impl<'a> Value<'a> {
         self.toml.span()
     }
 
+    /// For messages: "`fov`", "an element of `position`".
+    fn name(self) -> String {
+        if self.element { format!("an element of `{}`", self.key) } else { format!("`{}`", self.key) }
+    }
+
     /// "`fov` must be a number": the value is of another type.
     pub fn wrong_type(self, report: &mut Report<'a>, wanted: &'static str, help: Option<&'static str>) {
         report.mistake(self.span(), move || {
-            let words = Words::new(format!("`{}` must be {wanted}", self.key), format!("this is {}", self.type_name()));
+            let words =
+                Words::new(format!("{} must be {wanted}", self.name()), format!("this is {}", self.type_name()));
             match (help, self.toml.get_ref()) {
                 (Some(help), _) => words.help(help),
                 (None, DeValue::String(text)) if text.parse::<f64>().is_ok() || text == "true" || text == "false" => {
-                    words.help(format!("write {text} without the quotes"))
+                    words.help(format!("write {text}, without the quotes"))
                 }
                 _ => words,
             }
@@ -38,7 +46,7 @@ impl<'a> Value<'a> {
         match self.toml.get_ref() {
             DeValue::String(_) => "a string",
             DeValue::Integer(_) | DeValue::Float(_) => "a number",
-            DeValue::Boolean(_) => "true or false",
+            DeValue::Boolean(_) => "a boolean",
             DeValue::Datetime(_) => "a date or time",
             DeValue::Array(_) => "an array",
             DeValue::Table(_) => "a table",
@@ -47,7 +55,7 @@ impl<'a> Value<'a> {
 
     fn out_of_range(self, report: &mut Report<'a>, range: String) {
         report.mistake(self.span(), move || {
-            Words::new(format!("`{}` is out of range", self.key), format!("must be {range}"))
+            Words::new(format!("{} is out of range", self.name()), format!("must be {range}"))
         });
     }
 
@@ -64,7 +72,7 @@ impl<'a> Value<'a> {
         };
         if !number.is_finite() {
             report.mistake(self.span(), move || {
-                Words::new(format!("`{}` must be a finite number", self.key), format!("must be {}", range.words()))
+                Words::new(format!("{} must be a finite number", self.name()), format!("must be {}", range.words()))
             });
             None
         } else if range.contains(number) {
@@ -78,7 +86,8 @@ impl<'a> Value<'a> {
     /// A whole number of `range`.
     pub fn integer(self, report: &mut Report<'a>, range: RangeInclusive<i64>) -> Option<i64> {
         let DeValue::Integer(integer) = self.toml.get_ref() else {
-            self.wrong_type(report, "a whole number", None);
+            let help = self.is_number().then_some("a whole number is written without a point");
+            self.wrong_type(report, "a whole number", help);
             return None;
         };
         let found = i64::from_str_radix(integer.as_str(), integer.radix()).ok().filter(|i| range.contains(i));
@@ -149,11 +158,11 @@ impl<'a> Value<'a> {
         if array.len() != N {
             let found = array.len();
             report.mistake(self.span(), move || {
-                Words::new(format!("`{}` must be {wanted}", self.key), format!("this has {found} of {N}"))
+                Words::new(format!("{} must be {wanted}", self.name()), format!("this has {found}"))
             });
             return None;
         }
-        Some(std::array::from_fn(|i| Value { key: self.key, toml: &array[i] }))
+        Some(std::array::from_fn(|i| Value { toml: &array[i], element: true, ..self }))
     }
 
     fn numbers<const N: usize>(
