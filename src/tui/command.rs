@@ -73,11 +73,11 @@ use Command::*;
 pub const BINDINGS: &[Binding] = &[
     always("General", &[(Key::char('q'), Quit), (Key::ctrl('c'), Quit)], "quit"),
     always("General", &[(Key::char(' '), TogglePause)], "pause, go on"),
-    always("General", &[(Key::char('r'), Restart)], "render from the beginning"),
+    always("General", &[(Key::char('r'), Restart)], "render again"),
     always("General", &[(Key::char('s'), SaveImage)], "save the PNG now"),
     always("General", &[(Key::char('?'), ToggleHelp)], "show or hide the keys"),
     always("General", &[(Key::ctrl('l'), Redraw)], "draw the screen again"),
-    always("General", &[(Key::ctrl('z'), Suspend)], "to the shell (back with fg)"),
+    always("General", &[(Key::ctrl('z'), Suspend)], "to the shell; fg returns"),
     Binding {
         when: When::Fitted,
         ..always(
@@ -123,14 +123,14 @@ pub const BINDINGS: &[Binding] = &[
     ),
     always("Camera", &[(Key::char('i'), Dolly(1)), (Key::char('o'), Dolly(-1))], "move in, out"),
     always("Camera", &[(Key::char('f'), Widen(-1)), (Key::char('F'), Widen(1))], "narrower, wider view"),
-    always("Camera", &[(Key::char('c'), ResetCamera)], "back to the scene's camera"),
+    always("Camera", &[(Key::char('c'), ResetCamera)], "the scene's own camera"),
     always("Render", &[(Key::char('n'), Samples(1)), (Key::char('N'), Samples(-1))], "twice, half the samples"),
     always("Render", &[(Key::char('d'), Depth(1)), (Key::char('D'), Depth(-1))], "depth up, down"),
     always("Render", &[(Key::char('m'), CycleShading)], "next lighting model"),
     always(
         "Preview",
         &[(Key::char('+'), Zoom(1)), (Key::char('='), Zoom(1)), (Key::char('-'), Zoom(-1))],
-        "larger, larger, smaller",
+        "larger, smaller",
     ),
     always("Preview", &[(Key::char('0'), Fit)], "the whole picture"),
     Binding {
@@ -143,7 +143,7 @@ pub const BINDINGS: &[Binding] = &[
                 (Key::plain(Code::Up), Shift(0, -1)),
                 (Key::plain(Code::Right), Shift(1, 0)),
             ],
-            "move the part shown",
+            "move",
         )
     },
 ];
@@ -153,8 +153,12 @@ const fn always(group: &'static str, keys: &'static [(Key, Command)], help: &'st
 }
 
 impl Binding {
-    /// Its keys as text, `h j k l`.
+    /// Its keys as text: `q Ctrl-c`, `h j k l`, `Shift-←↓↑→`.
     pub fn keys_text(&self) -> String {
+        if self.keys.iter().all(|(key, _)| key.shift) {
+            let arrows = self.keys.iter().map(|(key, _)| Key::plain(key.code).to_string());
+            return format!("Shift-{}", arrows.collect::<String>());
+        }
         self.keys.iter().map(|(key, _)| key.to_string()).collect::<Vec<_>>().join(" ")
     }
 
@@ -162,8 +166,8 @@ impl Binding {
     pub fn help_text(&self) -> String {
         match self.when {
             When::Always => self.help.to_string(),
-            When::Fitted => format!("{} (picture not zoomed)", self.help),
-            When::Zoomed => format!("{} (picture zoomed)", self.help),
+            When::Fitted => format!("{} (if not zoomed)", self.help),
+            When::Zoomed => format!("{} (if zoomed)", self.help),
         }
     }
 }
@@ -187,7 +191,7 @@ pub fn key_of(command: Command) -> String {
 
 /// The table as Markdown: what the README holds.
 pub fn markdown() -> String {
-    let mut text = String::from("| | Keys | |\n|---|---|---|\n");
+    let mut text = String::from("| | Keys | What they do |\n|---|---|---|\n");
     let mut group = "";
     for binding in BINDINGS {
         let heading = if binding.group == group { "" } else { binding.group };

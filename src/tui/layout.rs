@@ -25,7 +25,7 @@ pub enum Panel {
 /// Columns of a panel at the side.
 pub const SIDE_WIDTH: u16 = 44;
 /// Columns for a thread in a panel below.
-pub const THREAD_WIDTH: u16 = 38;
+pub const THREAD_WIDTH: u16 = 39;
 /// Rows of a panel below, without those of threads.
 pub const BELOW_ROWS: u16 = 5;
 /// A screen of so many columns has room for a panel at the side in any case.
@@ -43,7 +43,7 @@ pub fn lay_out((columns, rows): (u16, u16), film: (u32, u32), threads: usize) ->
         let panel = Rect { x: preview.width, width: SIDE_WIDTH, ..above };
         Layout { preview, panel: Some(Panel::Side(panel)), status }
     });
-    let in_a_row = usize::from(columns / THREAD_WIDTH).max(1);
+    let in_a_row = usize::from(columns.saturating_sub(2) / THREAD_WIDTH).max(1);
     let thread_rows = threads.div_ceil(in_a_row).clamp(1, THREAD_ROWS.into()) as u16;
     let height = BELOW_ROWS + thread_rows;
     let below = (columns >= 40 && above.height >= height + 6).then(|| {

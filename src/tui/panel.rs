@@ -5,7 +5,7 @@ use super::color::{ColorMode, Role};
 use super::format::{rough_time, si, time};
 pub use super::layout::Panel;
 use super::layout::THREAD_WIDTH;
-use crate::render::{Pass, Progress};
+use crate::render::{Pass, Progress, Rect as Tile};
 use glam::DVec3;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -57,7 +57,7 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
             "samples",
             format!("{} of {}", si(progress.samples_done as f64), si(progress.samples_total as f64)),
         ));
-        lines.push(row("pass", format!("{} of {}", pass_text(progress.pass), pass_count(progress))));
+        lines.push(row(&format!("pass {}", pass_count(progress)), pass_text(progress.pass)));
         lines.push(row("elapsed", time(elapsed)));
         lines.push(row("left", left_text(app, progress, now)));
         lines.push(row("first picture", progress.first_picture.map_or("      –".into(), time)));
@@ -106,7 +106,7 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
     let width = usize::from(area.width).saturating_sub(2);
     let render = app.desc().render;
     let facts = format!(
-        "  {}×{}  {}  {} samples  depth {}  {}",
+        "  {}×{}  {}  {} samples  depth {}  {} ",
         app.film().width(),
         app.film().height(),
         shading_text(render.shading),
@@ -114,13 +114,14 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
         render.max_depth,
         view_text(app.desc().camera.projection),
     );
-    let mut lines = vec![
-        Line::styled("─".repeat(width), mode.style(Role::Dim)),
-        Line::from(vec![
-            Span::styled(app.name().to_string(), mode.style(Role::Strong)),
-            Span::styled(facts, mode.style(Role::Dim)),
-        ]),
+    let title = vec![
+        Span::styled("── ", mode.style(Role::Dim)),
+        Span::styled(app.name().to_string(), mode.style(Role::Strong)),
+        Span::styled(facts, mode.style(Role::Dim)),
     ];
+    let rest = width.saturating_sub(Line::from(title.clone()).width());
+    let mut lines = vec![Line::from(title)];
+    lines[0].push_span(Span::styled("─".repeat(rest), mode.style(Role::Dim)));
     if let Some((progress, now)) = app.shown() {
         let elapsed = progress.elapsed(now);
         let pass = format!("   pass {}", pass_count(progress));
@@ -184,7 +185,8 @@ fn pass_text(pass: Option<Pass>) -> String {
         None => String::new(),
         Some(Pass::Lattice { step: 1 }) => "every pixel".into(),
         Some(Pass::Lattice { step }) => format!("every {step}th pixel"),
-        Some(Pass::Refine { from, to }) => format!("samples {from}–{to}"),
+        Some(Pass::Refine { from, to }) if from + 1 == to => format!("sample {to}"),
+        Some(Pass::Refine { from, to }) => format!("samples {}–{to}", from + 1),
     }
 }
 
@@ -239,12 +241,12 @@ fn threads(
         let part = share(worker.busy, elapsed);
         let mut spans = vec![Span::styled(format!("{:>3} ", i + 1), mode.style(Role::Dim))];
         spans.extend(bar(mode, part, 6));
-        let at = worker.current.map_or("–".into(), |tile| format!("{},{}", tile.x, tile.y));
         spans.push(Span::raw(format!(
-            "{:>4} % {}  {} {at:>10}",
+            "{:>4} % {}  {} {:>10}",
             (part * 100.0) as u32,
             si(worker.tiles as f64),
             si(rate(worker.rays, elapsed)),
+            tile_text(worker.current),
         )));
         lines.push(Line::from(spans));
     }
@@ -253,7 +255,7 @@ fn threads(
     }
 }
 
-/// As many threads a line as fit.
+/// As many threads a line as fit, under a heading.
 fn thread_grid(
     mode: ColorMode,
     progress: &Progress,
@@ -265,32 +267,35 @@ fn thread_grid(
     let elapsed = progress.elapsed(now);
     let in_a_row = (width / usize::from(THREAD_WIDTH)).max(1);
     let count = progress.workers.len();
-    let cells = rows * in_a_row;
+    let cells = rows.saturating_sub(1) * in_a_row;
     let listed = if count <= cells { count } else { cells.saturating_sub(1) };
-    let cell = |i: usize| {
-        let Some(worker) = progress.workers.get(i).filter(|_| i < listed) else {
-            let text = if i < count {
-                format!("    and {} more: {}", count - listed, busy_text(progress, elapsed))
-            } else {
-                String::new()
-            };
+    let cell = |i: usize| -> Vec<Span<'static>> {
+        let Some(worker) = progress.workers.get(i) else { return Vec::new() };
+        if i >= listed {
+            let text = format!("   and {} more; all {}", count - listed, busy_text(progress, elapsed));
             return vec![Span::styled(text, mode.style(Role::Dim))];
-        };
+        }
         let part = share(worker.busy, elapsed);
         let mut spans = vec![Span::styled(format!("{:>2} ", i + 1), mode.style(Role::Dim))];
         spans.extend(bar(mode, part, 5));
-        let at = worker.current.map_or("–".into(), |tile| format!("{},{}", tile.x, tile.y));
         spans.push(Span::raw(format!(
-            "{:>4} %{}{}/s {at:<9}",
+            "{:>4} % {} {} {:<9}",
             (part * 100.0) as u32,
             si(worker.tiles as f64),
             si(rate(worker.rays, elapsed)),
+            tile_text(worker.current),
         )));
         spans
     };
+    let heading = " # busy, idle   tiles rays/s tile      ".repeat(in_a_row.min(count));
+    lines.push(Line::styled(heading, mode.style(Role::Dim)));
     for row in 0..count.min(cells).div_ceil(in_a_row) {
         lines.push(Line::from((0..in_a_row).flat_map(|column| cell(row * in_a_row + column)).collect::<Vec<_>>()));
     }
+}
+
+fn tile_text(tile: Option<Tile>) -> String {
+    tile.map_or("–".into(), |tile| format!("{},{}", tile.x, tile.y))
 }
 
 /// How busy all threads are together.

@@ -18,14 +18,7 @@ pub fn view(app: &App, buffer: &mut Buffer) {
     }
     status(app, layout.status, buffer);
     if app.shows_help() {
-        help(app.mode(), layout.preview.union(panel_area(app)), buffer);
-    }
-}
-
-fn panel_area(app: &App) -> Rect {
-    match app.layout().panel {
-        Some(panel::Panel::Side(area) | panel::Panel::Below(area)) => area,
-        None => app.layout().preview,
+        help(app.mode(), buffer.area, buffer);
     }
 }
 
@@ -94,33 +87,25 @@ fn hints(app: &App) -> Vec<(String, &'static str)> {
     hints
 }
 
-/// All keys, in a box over the picture.
+/// All keys, in a box over the rest: in two columns if they fit.
 fn help(mode: ColorMode, room: Rect, buffer: &mut Buffer) {
-    let mut groups: Vec<(&str, Vec<(String, String)>)> = Vec::new();
-    for binding in BINDINGS {
-        if groups.last().is_none_or(|(name, _)| *name != binding.group) {
-            groups.push((binding.group, Vec::new()));
-        }
-        if let Some((_, lines)) = groups.last_mut() {
-            lines.push((binding.keys_text(), binding.help_text()));
-        }
-    }
-    let key_width = groups.iter().flat_map(|(_, lines)| lines).map(|(keys, _)| Span::raw(keys).width());
-    let key_width = key_width.max().unwrap_or(0);
-    let mut lines = Vec::new();
-    for (name, bindings) in groups {
-        lines.push(Line::styled(name, mode.style(Role::Strong)));
-        for (keys, text) in bindings {
-            let gap = key_width - Span::raw(&keys).width();
-            lines.push(Line::from(vec![
-                Span::raw(" ".repeat(gap + 1)),
-                Span::styled(keys, mode.style(Role::Key)),
-                Span::raw(format!("  {text}")),
-            ]));
-        }
-    }
-    let width = lines.iter().map(Line::width).max().unwrap_or(0) as u16 + 4;
-    let height = lines.len() as u16 + 2;
+    let mut names: Vec<&str> = BINDINGS.iter().map(|binding| binding.group).collect();
+    names.dedup();
+    // Every other group goes to the right, which makes the columns about as long.
+    let column = |parity: usize| {
+        let groups = names.iter().enumerate().filter(|(i, _)| i % 2 == parity).map(|(_, name)| *name);
+        help_lines(mode, &groups.collect::<Vec<_>>())
+    };
+    let (left, right) = (column(0), column(1));
+    let (left_width, right_width) = (widest(&left), widest(&right));
+    let (width, height) = (left_width + right_width + 7, left.len().max(right.len()) as u16 + 2);
+    let (columns, width, height) = if width <= room.width {
+        (vec![left, right], width, height)
+    } else {
+        let all = help_lines(mode, &names);
+        let (width, height) = (widest(&all) + 4, all.len() as u16 + 2);
+        (vec![all], width, height)
+    };
     let area = Rect {
         x: room.x + room.width.saturating_sub(width) / 2,
         y: room.y + room.height.saturating_sub(height) / 2,
@@ -130,8 +115,39 @@ fn help(mode: ColorMode, room: Rect, buffer: &mut Buffer) {
     Clear.render(area, buffer);
     let block = Block::bordered().border_type(BorderType::Rounded).border_style(mode.style(Role::Dim));
     let block = block.title(Line::styled(" Keys ", mode.style(Role::Strong)));
-    let inner = block.inner(area);
+    let mut inner = block.inner(area);
     block.render(area, buffer);
-    let inner = Rect { x: inner.x + 1, width: inner.width.saturating_sub(2), ..inner };
-    Paragraph::new(lines).render(inner, buffer);
+    inner = Rect { x: inner.x + 1, width: inner.width.saturating_sub(2), ..inner };
+    for lines in columns {
+        let width = widest(&lines);
+        Paragraph::new(lines).render(inner, buffer);
+        inner = Rect { x: inner.x + width + 3, width: inner.width.saturating_sub(width + 3), ..inner };
+    }
+}
+
+fn widest(lines: &[Line]) -> u16 {
+    lines.iter().map(Line::width).max().unwrap_or(0) as u16
+}
+
+/// The groups with their keys, an empty line between two.
+fn help_lines(mode: ColorMode, groups: &[&'static str]) -> Vec<Line<'static>> {
+    let of = |group: &'static str| BINDINGS.iter().filter(move |binding| binding.group == group);
+    let widths = groups.iter().flat_map(|group| of(group)).map(|binding| Span::raw(binding.keys_text()).width());
+    let key_width = widths.max().unwrap_or(0);
+    let mut lines = Vec::new();
+    for group in groups {
+        if !lines.is_empty() {
+            lines.push(Line::default());
+        }
+        lines.push(Line::styled(*group, mode.style(Role::Strong)));
+        for binding in of(group) {
+            let keys = binding.keys_text();
+            let gap = key_width - Span::raw(&keys).width();
+            lines.push(Line::from(vec![
+                Span::styled(keys, mode.style(Role::Key)),
+                Span::raw(format!("{}  {}", " ".repeat(gap), binding.help_text())),
+            ]));
+        }
+    }
+    lines
 }

@@ -65,10 +65,11 @@ impl Screen {
             self.shown = Buffer::empty(frame.buffer.area);
             self.encoder.clear();
         }
-        let (text, mut picture) = self.differences(frame);
+        let (mut text, mut picture) = self.differences(frame);
         let mut complete = true;
         // The last row first: it is the one that answers keys.
-        for segment in text.iter().rev() {
+        text.sort_by_key(|segment| segment.y + 1 != frame.buffer.area.height);
+        for segment in &text {
             if self.encoder.len() > allowance {
                 complete = false;
                 break;
