@@ -156,7 +156,8 @@ impl Builder {
             return None;
         }
         // An axis without extent gets all its primitives into bin 0.
-        let scale = Vec3::select(size.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.99999) / size, Vec3::ZERO).extend(0.0);
+        let scale =
+            Vec3::select(size.cmpgt(Vec3::ZERO), Vec3::splat(BINS as f32 * 0.99999) / size, Vec3::ZERO).extend(0.0);
         let mut cut = Cut { axis: 0, border: 0, lower: centres.lower, scale };
         let mut bins = [[EMPTY_BIN; BINS]; 3];
         for p in refs {

@@ -66,7 +66,8 @@ fn plan(binary: &[BinaryNode], block_size: usize) -> Vec<Plan> {
             continue;
         }
         let (left, right) = (plans[node.link as usize], plans[node.right as usize]);
-        let mut plan = Plan { primitives: left.primitives + right.primitives, first: left.first.min(right.first), ..unset };
+        let mut plan =
+            Plan { primitives: left.primitives + right.primitives, first: left.first.min(right.first), ..unset };
         // The best division of 2..=8 places.
         // Costs that are not finite (boxes of the size of f32's range) leave the default, one place for the left half.
         let mut divided = [(f32::INFINITY, 1u8); 9];
@@ -176,7 +177,14 @@ impl Layout<'_> {
 }
 
 const EMPTY_NODE: Node = Node {
-    planes: [[f32::INFINITY; 8], [f32::INFINITY; 8], [f32::INFINITY; 8], [f32::NEG_INFINITY; 8], [f32::NEG_INFINITY; 8], [f32::NEG_INFINITY; 8]],
+    planes: [
+        [f32::INFINITY; 8],
+        [f32::INFINITY; 8],
+        [f32::INFINITY; 8],
+        [f32::NEG_INFINITY; 8],
+        [f32::NEG_INFINITY; 8],
+        [f32::NEG_INFINITY; 8],
+    ],
     children: [Child::ABSENT; 8],
 };
 

@@ -41,7 +41,13 @@ pub trait BoxTest: Slab {
     fn prepare<L: Lanes>(&self, lanes: L) -> Self::Prepared<L>;
 
     /// Which boxes the ray meets up to `limit`, a bit each, and where it enters them.
-    fn entries<L: Lanes>(&self, lanes: L, prepared: &Self::Prepared<L>, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V);
+    fn entries<L: Lanes>(
+        &self,
+        lanes: L,
+        prepared: &Self::Prepared<L>,
+        planes: &[[f32; 8]; 6],
+        limit: f32,
+    ) -> (u32, L::V);
 }
 
 /// Reciprocal direction, constants of the near and the far planes, and t_min, spread over lanes; which rows of planes are near

@@ -14,7 +14,7 @@ mod triangles;
 
 pub use kernels::{BoxTest, TreeKernels};
 pub use simd::{Isa, Lanes, LeafVisitor};
-pub use triangles::{BlockTest, TriangleBlock, Triangles, TriangleHit};
+pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
 
 use crate::geometry::Aabb;
 

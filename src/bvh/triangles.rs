@@ -77,7 +77,8 @@ impl Triangles {
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
-        let mut visitor = Visitor::<K::Triangles, false> { blocks: &self.blocks, test: self.test::<K>(ray), best: None };
+        let mut visitor =
+            Visitor::<K::Triangles, false> { blocks: &self.blocks, test: self.test::<K>(ray), best: None };
         self.tree.traverse::<K::Boxes, _>(ray, &mut visitor);
         visitor.best
     }

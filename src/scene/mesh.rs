@@ -43,18 +43,7 @@ impl Mesh {
         }
         let tree = Triangles::build(triangles.len(), |i| corners_of(&triangles[i]), isa, threads);
         let volume = signed_volume.abs();
-        Self {
-            centre,
-            materials,
-            report,
-            volume,
-            positions,
-            normals,
-            uvs,
-            triangles,
-            triangle_materials,
-            tree,
-        }
+        Self { centre, materials, report, volume, positions, normals, uvs, triangles, triangle_materials, tree }
     }
 
     /// How many triangles there are.

@@ -1,8 +1,8 @@
 //! The recursive function.
 
 use super::local::local_radiance;
-use crate::description::{Numerics, RenderDesc, Shading, Shadows};
 use crate::bvh::TreeKernels;
+use crate::description::{Numerics, RenderDesc, Shading, Shadows};
 use crate::geometry::{Classic, Fast, Hit, Ray, Reference, Robust, SurfaceInteraction, fresnel, reflect};
 use crate::math::Rgb;
 use crate::scene::{Illumination, Material, MediumStack, Scene};
