@@ -86,6 +86,8 @@ pub(super) struct Cleaner<'a> {
 
 /// Bytes made at a time.
 const CHUNK: usize = 1 << 16;
+/// Most corners of a face.
+const FACE_CORNERS: usize = 1 << 20;
 /// Corners in a line.
 const LINE_CORNERS: usize = 1024;
 /// Corners in a mesh.
@@ -309,6 +311,9 @@ impl State<'_> {
         if corners < 3 {
             self.outline.lines_and_points += 1;
             return Ok(());
+        }
+        if corners > FACE_CORNERS {
+            return self.refuse(line.number, format!("a face of {corners} corners; at most {FACE_CORNERS}: split it"));
         }
         if form != self.form || self.mesh_corners >= MESH_CORNERS {
             self.end_mesh();
