@@ -40,7 +40,7 @@ pub fn load_obj(file: &Path, crease: f64) -> Result<Model, AssetError> {
 fn build(file: &Path, crease: f64, mut outline: Outline, meshes: Vec<tobj::Mesh>) -> Result<Model, AssetError> {
     let faces = std::mem::take(&mut outline.faces);
     let corners = meshes.iter().map(|m| m.indices.len()).sum::<usize>();
-    if corners != faces.iter().map(|f| f.corners as usize).sum() {
+    if corners != faces.iter().map(|f| f.corners as usize).sum::<usize>() {
         return Err(AssetError::new(file, None, "cannot be read as OBJ: faces are missing"));
     }
     let with_uvs = meshes.iter().any(|m| !m.texcoords.is_empty());

@@ -3,10 +3,13 @@
 //!
 //! [`parse`] reads it from a scene file; every default of the scene language is a `Default` here.
 
+mod builtin;
 mod diagnostic;
 mod escape;
+mod names;
 mod parse;
 
+pub use builtin::{DEMO, builtin};
 pub use diagnostic::Diagnostic;
 pub use escape::printable;
 pub use parse::{parse, parse_color};
@@ -334,7 +337,7 @@ impl Default for CameraDesc {
             position: DVec3::new(3.0, 2.0, 5.0),
             look_at: DVec3::ZERO,
             up: DVec3::Y,
-            projection: Projection::Perspective { fov: 40.0 },
+            projection: Projection::Perspective { fov: limits::DEFAULT_FOV },
         }
     }
 }
@@ -409,6 +412,18 @@ pub mod limits {
     pub const MAX_DEPTH: u32 = 64;
     /// Largest number of samples a pixel.
     pub const MAX_SAMPLES: u32 = 1 << 20;
+    /// Largest coordinate, radius, edge or factor of scale.
+    pub const MAX_LENGTH: f64 = 1e12;
+    /// Smallest radius, edge or factor of scale.
+    pub const MIN_LENGTH: f64 = 1e-12;
+    /// Largest angle of a rotation, degrees.
+    pub const MAX_ANGLE: f64 = 1e6;
+    /// Largest channel of a colour and largest intensity.
+    pub const MAX_LIGHT: f64 = 1e9;
+    /// Largest k_a, k_d and k_s.
+    pub const MAX_COEFFICIENT: f64 = 1e6;
+    /// Vertical angle of view where none is given, degrees.
+    pub const DEFAULT_FOV: f64 = 40.0;
     /// Crease angle where none is given, degrees.
     pub const DEFAULT_CREASE: f64 = 30.0;
 }

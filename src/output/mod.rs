@@ -1,1 +1,7 @@
 //! Pictures to files, whole or not at all.
+
+mod atomic;
+mod png;
+
+pub use atomic::check_target;
+pub use png::save_png;

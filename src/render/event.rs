@@ -1,6 +1,7 @@
 //! What workers report.
 
 use super::{Pass, Rect};
+use crate::shading::RayCounts;
 use std::fmt;
 use std::time::Duration;
 
@@ -56,35 +57,6 @@ pub struct TileStats {
     pub busy: Duration,
 }
 
-/// Rays by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RayCounts {
-    /// From the eye.
-    pub camera: u64,
-    /// To lights.
-    pub shadow: u64,
-    /// Mirrored.
-    pub reflection: u64,
-    /// Through glass.
-    pub refraction: u64,
-}
-
-impl RayCounts {
-    /// All kinds together.
-    pub fn total(&self) -> u64 {
-        self.camera + self.shadow + self.reflection + self.refraction
-    }
-}
-
-impl std::ops::AddAssign for RayCounts {
-    fn add_assign(&mut self, o: Self) {
-        self.camera += o.camera;
-        self.shadow += o.shadow;
-        self.reflection += o.reflection;
-        self.refraction += o.refraction;
-    }
-}
-
 /// Why a render stopped before its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderError {
@@ -96,11 +68,7 @@ pub struct RenderError {
 
 impl fmt::Display for RenderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "render thread {} failed: {} (this is a bug in glimt; the picture so far is kept)",
-            self.worker, self.message
-        )
+        write!(f, "render thread {} failed: {} (this is a bug in glimt)", self.worker, self.message)
     }
 }
 

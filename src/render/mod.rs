@@ -4,16 +4,20 @@
 //! the handle's own channel; a [`Film`] collects them into the picture, a [`Progress`] into numbers. The picture is a
 //! function of the scene alone: bit-identical for any thread count, tile size, pause and resume.
 
+mod control;
 mod event;
 mod film;
+mod forecast;
 mod job;
 mod pass;
 mod progress;
 mod tile;
 
-pub use event::{RayCounts, RenderError, RenderEvent, TileImage, TileStats};
+pub use crate::shading::RayCounts;
+pub use event::{RenderError, RenderEvent, TileImage, TileStats};
 pub use film::Film;
+pub use forecast::Eta;
 pub use job::{RenderHandle, Settings, default_threads, start};
 pub use pass::Pass;
-pub use progress::{Eta, Progress, WorkerProgress};
+pub use progress::{Progress, WorkerProgress};
 pub use tile::{Rect, Tile};

@@ -16,3 +16,51 @@ pub enum Pass {
         to: u32,
     },
 }
+
+/// Pixels between the points of the coarsest lattice; tiles start on it.
+pub(super) const COARSEST: u32 = 8;
+
+/// Samples that one pass adds at most, so that a pass is never long.
+const MAX_PER_PASS: u32 = 16;
+
+impl Pass {
+    /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then sample counts that
+    /// double.
+    pub fn sequence(samples: u32) -> Vec<Pass> {
+        let mut passes: Vec<Pass> = [COARSEST, 4, 2, 1].map(|step| Pass::Lattice { step }).to_vec();
+        let mut from = 1;
+        while from < samples {
+            let to = (from + from.min(MAX_PER_PASS)).min(samples);
+            passes.push(Pass::Refine { from, to });
+            from = to;
+        }
+        passes
+    }
+
+    /// The samples that this pass traces in the pixel (x, y) of the film.
+    pub fn samples_at(self, x: u32, y: u32) -> std::ops::Range<u32> {
+        match self {
+            Pass::Lattice { step } => {
+                let on = |step: u32| x.is_multiple_of(step) && y.is_multiple_of(step);
+                let due = on(step) && (step == COARSEST || !on(2 * step));
+                0..u32::from(due)
+            }
+            Pass::Refine { from, to } => from..to,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sample_of_every_pixel_is_traced_exactly_once_and_in_order() {
+        for samples in [1, 2, 3, 16, 37, 100] {
+            for (x, y) in [(0, 0), (1, 0), (4, 6), (7, 7), (12, 8)] {
+                let traced: Vec<u32> = Pass::sequence(samples).into_iter().flat_map(|p| p.samples_at(x, y)).collect();
+                assert_eq!(traced, (0..samples).collect::<Vec<_>>(), "{samples} at ({x}, {y})");
+            }
+        }
+    }
+}

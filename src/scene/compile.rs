@@ -1,31 +1,313 @@
 //! Description to scene.
 
-use super::Scene;
-use crate::assets::AssetError;
-use crate::description::SceneDesc;
+use super::object::canonical_scale;
+use super::texture::Source;
+use super::{
+    Assets, Camera, Geometry, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape, Summary,
+    Texture,
+};
+use crate::assets::{AssetError, load_image, load_obj};
+use crate::bvh::Bvh;
+use crate::description::{MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable};
+use crate::math::Affine;
+use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
 use std::fmt;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// Why a description cannot be compiled.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CompileError {
-    /// Name or number of the object or material at fault.
-    pub subject: String,
-    /// What is wrong and what to do.
-    pub reason: String,
-    /// The file behind it, if it is one.
-    pub asset: Option<AssetError>,
+pub enum CompileError {
+    /// The camera has no view: position and target coincide, or `up` is parallel to the view.
+    Camera,
+    /// The transform of an object flattens it to nothing, or nearly.
+    Singular {
+        /// Which object, for people.
+        object: String,
+    },
+    /// An object refers to a material that does not exist.
+    UnknownMaterial {
+        /// Which object, for people.
+        object: String,
+        /// The name it gives.
+        material: String,
+    },
+    /// A model or picture cannot be used.
+    Asset {
+        /// What needs it, for people.
+        user: String,
+        /// The file's own error.
+        error: AssetError,
+    },
 }
 
 impl fmt::Display for CompileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.subject, self.reason)?;
-        self.asset.as_ref().map_or(Ok(()), |a| write!(f, "{a}"))
+        match self {
+            Self::Camera => f.write_str(
+                "the camera has no view: look_at must differ from position, and up must not be parallel to the view",
+            ),
+            Self::Singular { object } => write!(
+                f,
+                "{}: the transform flattens it to nothing; give scale and size values that differ less and are not 0",
+                printable(object)
+            ),
+            Self::UnknownMaterial { object, material } => {
+                write!(f, "{}: there is no material named \"{}\"", printable(object), printable(material))
+            }
+            Self::Asset { user, error } => write!(f, "{error} (needed by {})", printable(user)),
+        }
     }
 }
 
 impl std::error::Error for CompileError {}
 
-/// Compiles a description, sharing with `previous` every mesh, texture and tree whose inputs are equal.
-pub fn compile(_desc: &SceneDesc, _previous: Option<&Scene>) -> Result<Scene, CompileError> {
-    todo!()
+/// Compiles a description, sharing with `previous` every mesh, picture and tree whose inputs are equal: editing a camera,
+/// a light or a material rebuilds nothing, moving an object only the tree over the objects.
+pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, CompileError> {
+    let (width, height) = (desc.film.width, desc.film.height);
+    let camera = Camera::new(&desc.camera, width, height).ok_or(CompileError::Camera)?;
+    let start = Instant::now();
+    let assets = load_assets(desc, previous.map(|p| &p.assets))?;
+    let load_time = start.elapsed();
+    let start = Instant::now();
+    let geometry = match previous {
+        Some(p) if same_places(&p.geometry.sources, &desc.objects) => p.geometry.clone(),
+        _ => Arc::new(Geometry::build(&desc.objects, &assets)?),
+    };
+    let build_time = start.elapsed() + assets.build_time;
+    let assets = assets.assets;
+    let (materials, object_materials) = compile_materials(desc, &assets)?;
+    let mut scene = Scene {
+        width,
+        height,
+        render: desc.render,
+        camera,
+        world: desc.world,
+        lights: desc.lights.iter().map(Light::new).collect(),
+        has_media: materials.iter().any(|m| m.transmit > 0.0),
+        materials,
+        summary: Summary { load_time: load_time.saturating_sub(build_time), build_time, ..Summary::default() },
+        geometry,
+        object_materials,
+        assets,
+        eye_media: MediumStack::default(),
+    };
+    if scene.has_media {
+        scene.eye_media = scene.media_at(camera.position());
+    }
+    scene.describe(desc);
+    Ok(scene)
+}
+
+/// Assets with the time that went into trees while loading them.
+struct Loaded {
+    assets: Assets,
+    build_time: Duration,
+}
+
+fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, CompileError> {
+    let mut assets = Assets::default();
+    let mut build_time = Duration::ZERO;
+    for (index, object) in desc.objects.iter().enumerate() {
+        let ShapeDesc::Mesh { file, crease } = &object.shape else { continue };
+        let key = (file.clone(), crease.to_bits());
+        if assets.meshes.contains_key(&key) {
+            continue;
+        }
+        let mesh = match previous.and_then(|p| p.meshes.get(&key)) {
+            Some(mesh) => mesh.clone(),
+            None => {
+                let model = load_obj(file, *crease)
+                    .map_err(|error| CompileError::Asset { user: label("object", index, &object.name), error })?;
+                let start = Instant::now();
+                let mesh = Arc::new(Mesh::new(model));
+                build_time += start.elapsed();
+                mesh
+            }
+        };
+        assets.meshes.insert(key, mesh);
+    }
+    let of_meshes = assets.meshes.values().flat_map(|m| m.materials.iter());
+    for (index, material) in desc.materials.iter().chain(of_meshes).enumerate() {
+        let Some(TextureDesc { source: TextureSource::Image { file, .. }, .. }) = &material.texture else { continue };
+        if assets.images.contains_key(file) {
+            continue;
+        }
+        let image = match previous.and_then(|p| p.images.get(file)) {
+            Some(image) => image.clone(),
+            None => Arc::new(
+                load_image(file)
+                    .map_err(|error| CompileError::Asset { user: label("material", index, &material.name), error })?,
+            ),
+        };
+        assets.images.insert(file.clone(), image);
+    }
+    Ok(Loaded { assets, build_time })
+}
+
+/// Scene materials: the described ones, then the default one, then those of the models.
+fn compile_materials(desc: &SceneDesc, assets: &Assets) -> Result<(Vec<Material>, Vec<ObjectMaterial>), CompileError> {
+    let material = |m: &MaterialDesc| Material::new(m, m.texture.as_ref().map(|t| compile_texture(t, assets)));
+    let mut materials: Vec<Material> = desc.materials.iter().map(material).collect();
+    let names: HashMap<&str, u32> = desc.materials.iter().zip(0..).map(|(m, i)| (m.name.as_str(), i)).collect();
+    let default = materials.len() as u32;
+    materials.push(material(&MaterialDesc::default()));
+    let mut of_meshes: HashMap<(&PathBuf, u64), u32> = HashMap::new();
+    let mut object_materials = Vec::with_capacity(desc.objects.len());
+    for (index, object) in desc.objects.iter().enumerate() {
+        let chosen = match (&object.material, &object.shape) {
+            (Some(name), _) => match names.get(name.as_str()) {
+                Some(&at) => ObjectMaterial::One(at),
+                None => {
+                    let object = label("object", index, &object.name);
+                    return Err(CompileError::UnknownMaterial { object, material: name.clone() });
+                }
+            },
+            (None, ShapeDesc::Mesh { file, crease }) => {
+                let own = &assets.meshes[&(file.clone(), crease.to_bits())].materials;
+                if own.is_empty() {
+                    ObjectMaterial::One(default)
+                } else {
+                    let first = *of_meshes.entry((file, crease.to_bits())).or_insert_with(|| {
+                        let first = materials.len() as u32;
+                        materials.extend(own.iter().map(material));
+                        first
+                    });
+                    ObjectMaterial::PerTriangle(first)
+                }
+            }
+            (None, _) => ObjectMaterial::One(default),
+        };
+        object_materials.push(chosen);
+    }
+    Ok((materials, object_materials))
+}
+
+fn compile_texture(desc: &TextureDesc, assets: &Assets) -> Texture {
+    let source = match &desc.source {
+        TextureSource::Image { file, wrap } => Source::Image(assets.images[file].clone(), *wrap),
+        TextureSource::Checker { colors, size } => Source::Checker { colors: *colors, size: *size },
+    };
+    Texture { source, scale: desc.scale, offset: desc.offset }
+}
+
+impl Geometry {
+    fn build(sources: &[ObjectDesc], loaded: &Loaded) -> Result<Self, CompileError> {
+        let mut objects = Vec::with_capacity(sources.len());
+        for (index, source) in sources.iter().enumerate() {
+            place(source, index, &loaded.assets, &mut objects)
+                .ok_or_else(|| CompileError::Singular { object: label("object", index, &source.name) })?;
+        }
+        let (mut boxes, mut of_box, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, object) in (0u32..).zip(&objects) {
+            match (object.bounds(), &object.shape) {
+                (Some(bounds), _) => {
+                    boxes.push(bounds);
+                    of_box.push(index);
+                }
+                (None, Shape::Plane) => unbounded.push(index),
+                (None, _) => {} // A mesh without triangles.
+            }
+        }
+        let tree = Bvh::build(&boxes);
+        let bounded = tree.order().iter().map(|&at| of_box[at as usize]).collect();
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded })
+    }
+}
+
+/// Puts the objects that a description stands for into `objects`; `None` if a transform is singular or not finite.
+fn place(source: &ObjectDesc, index: usize, assets: &Assets, objects: &mut Vec<Object>) -> Option<()> {
+    let map = Affine::from_scale_rotate_translate(source.scale, source.rotate, source.translate)?;
+    let scaled = |centre: DVec3, scale: DVec3| {
+        Affine::new(map.forward * DAffine3::from_translation(centre) * DAffine3::from_scale(scale))
+    };
+    let sphere = |map: Affine| match map.uniform_scale() {
+        Some(radius) => Object::new(Shape::Ball { centre: map.forward.translation, radius }, map, index as u32),
+        None => Object::new(Shape::Ellipsoid, map, index as u32),
+    };
+    let shape = match &source.shape {
+        ShapeDesc::Sphere { radius } => {
+            objects.push(sphere(scaled(DVec3::ZERO, DVec3::splat(*radius))?));
+            return Some(());
+        }
+        ShapeDesc::Spheres { data } => {
+            for &[x, y, z, radius] in data.iter() {
+                objects.push(sphere(scaled(DVec3::new(x, y, z), DVec3::splat(radius))?));
+            }
+            return Some(());
+        }
+        ShapeDesc::Cuboid { .. } => Shape::Cuboid,
+        ShapeDesc::Cylinder { .. } => Shape::Cylinder,
+        ShapeDesc::Cone { .. } => Shape::Cone,
+        ShapeDesc::Plane => Shape::Plane,
+        ShapeDesc::Quad { .. } => Shape::Quad,
+        ShapeDesc::Mesh { file, crease } => {
+            let mesh = assets.meshes[&(file.clone(), crease.to_bits())].clone();
+            let map = scaled(mesh.centre, DVec3::ONE)?;
+            objects.push(Object::new(Shape::Mesh(mesh), map, index as u32));
+            return Some(());
+        }
+    };
+    objects.push(Object::new(shape, scaled(DVec3::ZERO, canonical_scale(&source.shape))?, index as u32));
+    Some(())
+}
+
+fn same_places(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
+    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale);
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.shape == b.shape && place(a) == place(b))
+}
+
+/// `object "ball"` or `object 3`, for messages.
+fn label(kind: &str, index: usize, name: &str) -> String {
+    if name.is_empty() { format!("{kind} {}", index + 1) } else { format!("{kind} \"{name}\"") }
+}
+
+impl Scene {
+    /// Fills in the summary.
+    fn describe(&mut self, desc: &SceneDesc) {
+        let geometry = &self.geometry;
+        let mesh_len = |o: &Object| if let Shape::Mesh(mesh) = &o.shape { mesh.len() } else { 0 };
+        let meshes = self.assets.meshes.iter();
+        let s = &mut self.summary;
+        s.objects = desc.objects.len();
+        s.primitives = geometry.objects.iter().filter(|o| !matches!(o.shape, Shape::Mesh(_))).count();
+        s.triangles = meshes.clone().map(|(_, m)| m.len()).sum();
+        s.instanced_triangles = geometry.objects.iter().map(mesh_len).sum();
+        s.lights = desc.lights.len();
+        s.materials = desc.materials.len();
+        s.textures = self.assets.images.len();
+        s.tree = geometry.tree.stats();
+        s.imports = meshes.map(|((path, _), mesh)| (path.clone(), mesh.report.clone())).collect();
+        s.warnings = warnings(desc);
+    }
+}
+
+/// Things that are probably not meant.
+fn warnings(desc: &SceneDesc) -> Vec<String> {
+    let mut list = Vec::new();
+    if desc.objects.is_empty() {
+        list.push("the scene has no objects: only the background will be seen".to_string());
+    }
+    if desc.lights.is_empty() {
+        list.push(
+            "the scene has no lights: only ambient light, reflections and the background will be seen".to_string(),
+        );
+    }
+    let used: std::collections::HashSet<&str> = desc.objects.iter().filter_map(|o| o.material.as_deref()).collect();
+    for material in &desc.materials {
+        let name = printable(&material.name);
+        if !used.contains(material.name.as_str()) {
+            list.push(format!("material \"{name}\" is used by no object"));
+        }
+        if material.reflect + material.transmit > 1.0 {
+            list.push(format!(
+                "material \"{name}\" gives back more light than it gets: reflect + transmit is {:.3}, above 1",
+                material.reflect + material.transmit
+            ));
+        }
+    }
+    list
 }

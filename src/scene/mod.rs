@@ -1,15 +1,38 @@
 //! What rays meet: indices, boxes and trees, compiled from a description.
 
+mod camera;
 mod compile;
+mod light;
+mod material;
+mod media;
+mod mesh;
+mod object;
+mod summary;
+mod texture;
+mod traverse;
 
+pub use camera::Camera;
 pub use compile::{CompileError, compile};
+pub use light::{Illumination, Light};
+pub use material::Material;
+pub use media::MediumStack;
+pub use mesh::Mesh;
+pub use object::{Object, Shape};
+pub use summary::Summary;
+pub use texture::Texture;
 
-use crate::assets::ImportReport;
-use crate::description::RenderDesc;
+use crate::assets::Image;
+use crate::bvh::Bvh;
+use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
+use crate::math::Rgb;
+use glam::DVec3;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::time::Duration;
+use std::sync::Arc;
 
-/// A compiled scene.
+/// A compiled scene: immutable, shared by all workers. Parts that cost time to make are shared with the scenes compiled
+/// before and after it.
+#[derive(Clone, Debug)]
 pub struct Scene {
     /// Picture size in pixels.
     pub width: u32,
@@ -17,33 +40,92 @@ pub struct Scene {
     pub height: u32,
     /// How the picture is computed.
     pub render: RenderDesc,
+    /// Makes the primary rays.
+    pub camera: Camera,
+    /// Ambient light, background, refractive index.
+    pub world: WorldDesc,
+    /// Light sources.
+    pub lights: Vec<Light>,
+    /// Optical properties, by index.
+    pub materials: Vec<Material>,
     /// What compiling found and took.
     pub summary: Summary,
+    geometry: Arc<Geometry>,
+    /// Material of each `[[object]]`.
+    object_materials: Vec<ObjectMaterial>,
+    assets: Assets,
+    /// Media around the eye of a perspective camera.
+    eye_media: MediumStack,
+    has_media: bool,
 }
 
-/// What a scene has, for `check`, `--json` and the interface.
+/// The objects and the tree over them: what only moving, adding or removing objects changes.
+#[derive(Debug)]
+struct Geometry {
+    /// What it was made from.
+    sources: Vec<ObjectDesc>,
+    objects: Vec<Object>,
+    /// Objects with a box, in leaf order.
+    tree: Bvh,
+    /// Index of each position of the tree.
+    bounded: Vec<u32>,
+    /// Planes.
+    unbounded: Vec<u32>,
+}
+
+/// Where an object's material stands in [`Scene::materials`].
+#[derive(Clone, Copy, Debug)]
+enum ObjectMaterial {
+    One(u32),
+    /// A mesh with its file's own materials, from this index on.
+    PerTriangle(u32),
+}
+
+/// Models and pictures, by path.
 #[derive(Clone, Debug, Default)]
-pub struct Summary {
-    /// `[[object]]` entries.
-    pub objects: usize,
-    /// Analytic shapes that rays are tested against.
-    pub primitives: usize,
-    /// Triangles in all meshes, each mesh once.
-    pub triangles: usize,
-    /// Triangles with every instance counted.
-    pub instanced_triangles: usize,
-    /// Lights.
-    pub lights: usize,
-    /// Materials.
-    pub materials: usize,
-    /// Image textures.
-    pub textures: usize,
-    /// Import reports of models, by path.
-    pub imports: Vec<(PathBuf, ImportReport)>,
-    /// Things that are probably not meant, one sentence each.
-    pub warnings: Vec<String>,
-    /// Time to read models and pictures (zero for what was shared with the previous scene).
-    pub load_time: Duration,
-    /// Time to build trees.
-    pub build_time: Duration,
+struct Assets {
+    /// With the crease angle in bits, since it shapes the normals.
+    meshes: BTreeMap<(PathBuf, u64), Arc<Mesh>>,
+    images: BTreeMap<PathBuf, Arc<Image>>,
+}
+
+impl Scene {
+    /// What a ray in this unit direction sees that meets nothing.
+    pub fn background(&self, direction: DVec3) -> Rgb {
+        match self.world.background {
+            Background::Solid(color) => color,
+            Background::Gradient { top, bottom } => bottom.lerp(top, 0.5 + 0.5 * direction.y),
+        }
+    }
+
+    /// The compiled objects; [`Hit::object`](crate::geometry::Hit) is an index into them.
+    pub fn objects(&self) -> &[Object] {
+        &self.geometry.objects
+    }
+
+    /// Index of the material that a hit meets.
+    pub fn material_of(&self, object: u32, primitive: u32) -> u32 {
+        let object = &self.geometry.objects[object as usize];
+        match (self.object_materials[object.source as usize], &object.shape) {
+            (ObjectMaterial::One(index), _) => index,
+            (ObjectMaterial::PerTriangle(first), Shape::Mesh(mesh)) => first + mesh.material_of(primitive),
+            (ObjectMaterial::PerTriangle(first), _) => first,
+        }
+    }
+
+    /// Whether any object lets light through, so that rays must keep track of media.
+    pub fn has_media(&self) -> bool {
+        self.has_media
+    }
+
+    /// The media around the start of a primary ray.
+    pub fn media_at_start(&self, origin: DVec3) -> MediumStack {
+        if !self.has_media {
+            MediumStack::default()
+        } else if self.camera.has_one_eye() {
+            self.eye_media
+        } else {
+            self.media_at(origin)
+        }
+    }
 }

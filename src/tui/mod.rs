@@ -1,1 +1,120 @@
-//! The terminal interface.
+//! The terminal interface: a scene rendered live, with keys.
+//!
+//! ```text
+//! workers, keys, signals --Event--> App::update --Effect--> render, save, stop
+//!                                       |
+//!                             view --Frame--> mailbox --> writer thread --chunks--> terminal
+//! ```
+//!
+//! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it; [`command`] is the one
+//! table of keys. [`writer`] sends what differs, at the pace that [`pacer`] learns from the terminal's answers.
+//! [`terminal`] holds the modes, `session` ties all together.
+
+pub mod app;
+pub mod camera;
+pub mod color;
+pub mod command;
+mod encode;
+mod format;
+pub mod key;
+pub mod layout;
+mod listen;
+mod pacer;
+mod panel;
+pub mod preview;
+mod session;
+mod terminal;
+pub mod view;
+pub mod writer;
+
+use crate::description::SceneDesc;
+use crate::scene::CompileError;
+use std::fmt;
+use std::io;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// What to show, and how.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The scene at the start.
+    pub desc: SceneDesc,
+    /// What the scene is called: a file stem or `demo`.
+    pub scene_name: String,
+    /// Where finished pictures go (`<scene>.png` if the user did not say).
+    pub output: PathBuf,
+    /// Worker threads.
+    pub threads: NonZeroUsize,
+    /// Colours of the terminal.
+    pub color: ColorChoice,
+}
+
+/// `--color`: which colours are sent to the terminal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColorChoice {
+    /// What the environment tells: `NO_COLOR`, `COLORTERM`, `TERM`.
+    #[default]
+    Auto,
+    /// 24 bits.
+    Truecolor,
+    /// The palette of 256.
+    Indexed,
+    /// None: the picture is made of characters.
+    Never,
+}
+
+impl FromStr for ColorChoice {
+    type Err = String;
+
+    /// `auto`, `truecolor`, `256` or `never`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "truecolor" => Ok(Self::Truecolor),
+            "256" => Ok(Self::Indexed),
+            "never" => Ok(Self::Never),
+            _ => Err("use auto, truecolor, 256 or never".into()),
+        }
+    }
+}
+
+/// How the interface ended; the terminal is restored.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// What to print now, one line, such as `saved demo.png`.
+    pub line: String,
+    /// 0, or 128 + number of the signal that ended it.
+    pub exit_code: u8,
+}
+
+/// Why the interface could not run or go on; the terminal is restored.
+#[derive(Debug)]
+pub enum Error {
+    /// The terminal could not be set up.
+    Terminal(io::Error),
+    /// The scene cannot be rendered.
+    Compile(CompileError),
+    /// A part of glimt panicked: a bug.
+    Panicked(String),
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Terminal(error) => write!(f, "the terminal cannot be used: {error}"),
+            Self::Compile(error) => error.fmt(f),
+            Self::Panicked(message) => write!(f, "{message} (this is a bug in glimt)"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Shows the scene in the terminal until the user quits. Blocks.
+///
+/// Finished renders are saved to `options.output`. Needs a terminal on stdin and stdout; without one the caller
+/// renders headless.
+pub fn run(options: Options) -> Result<Outcome, Error> {
+    session::run(options)
+}

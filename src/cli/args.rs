@@ -1,0 +1,210 @@
+//! Flags, as clap reads them.
+
+use crate::description::{Numerics, SceneDesc, Shading, Shadows, limits};
+use crate::render::Settings;
+use crate::tui::ColorChoice;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+/// `glimt [SCENE]`, `glimt render`, `glimt check`.
+#[derive(Debug, Parser)]
+#[command(
+    name = "glimt",
+    version,
+    about = "Renders scenes by ray tracing, live in the terminal",
+    args_conflicts_with_subcommands = true,
+    after_help = "Exit codes: 0 done, 1 could not, 2 asked wrongly, 130 and 143 stopped by SIGINT and SIGTERM."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub show: RenderArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render to a PNG file, without the interface
+    Render(RenderArgs),
+    /// Say what a scene has, and what is wrong with it
+    Check(CheckArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
+    pub scene: Option<PathBuf>,
+    /// Where the picture goes [default: <SCENE>.png in this directory]
+    #[arg(short, long, value_name = "PNG")]
+    pub output: Option<PathBuf>,
+    /// Pixels across and down, instead of the scene's
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Worker threads [default: all processors]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<NonZeroUsize>,
+    /// Samples a pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(limits::MAX_SAMPLES)))]
+    pub samples: Option<u32>,
+    /// Reflections and refractions along a path
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(limits::MAX_DEPTH)))]
+    pub max_depth: Option<u32>,
+    /// Lighting model
+    #[arg(long, value_name = "MODEL", value_parser = named(Shading::NAMES))]
+    pub shading: Option<Shading>,
+    /// What glass does to shadow rays
+    #[arg(long, value_name = "KIND", value_parser = named(Shadows::NAMES))]
+    pub shadows: Option<Shadows>,
+    /// Arithmetic that finds the hits
+    #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
+    pub numerics: Option<Numerics>,
+    /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
+    #[arg(long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size, value_parser = tile_size)]
+    pub tile_size: u32,
+    /// Print one JSON object about the render on stdout; no interface
+    #[arg(long)]
+    pub json: bool,
+    /// Print nothing but errors; no interface
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct ColorArg {
+    /// Colours of the terminal
+    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = color())]
+    pub color: ColorChoice,
+}
+
+impl RenderArgs {
+    /// Replaces what the scene says by what the flags say.
+    pub fn override_scene(&self, desc: &mut SceneDesc) {
+        if let Some((width, height)) = self.size {
+            (desc.film.width, desc.film.height) = (width, height);
+        }
+        let render = &mut desc.render;
+        render.samples = self.samples.unwrap_or(render.samples);
+        render.max_depth = self.max_depth.unwrap_or(render.max_depth);
+        render.shading = self.shading.unwrap_or(render.shading);
+        render.shadows = self.shadows.unwrap_or(render.shadows);
+        render.numerics = self.numerics.unwrap_or(render.numerics);
+    }
+
+    /// Threads and tiles.
+    pub fn settings(&self) -> Settings {
+        Settings { threads: self.threads.unwrap_or_else(crate::render::default_threads), tile_size: self.tile_size }
+    }
+}
+
+/// Most threads that can be asked for: more than any machine has processors, fewer than break one.
+const MAX_THREADS: usize = 1024;
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let form = "write it as 1280x720";
+    let (width, height) = text.split_once(['x', 'X', '×']).ok_or(form)?;
+    let side = |text: &str| match text.trim().parse::<u32>() {
+        Ok(side) if (1..=limits::MAX_SIDE).contains(&side) => Ok(side),
+        Ok(_) => Err(format!("width and height are from 1 to {}", limits::MAX_SIDE)),
+        Err(_) => Err(form.to_owned()),
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let in_range = |n: &NonZeroUsize| n.get() <= MAX_THREADS;
+    text.parse().ok().filter(in_range).ok_or_else(|| format!("must be from 1 to {MAX_THREADS}"))
+}
+
+fn tile_size(text: &str) -> Result<u32, &'static str> {
+    let usable = |n: &u32| n.is_multiple_of(8) && (8..=1024).contains(n);
+    text.parse().ok().filter(usable).ok_or("must be a multiple of 8 from 8 to 1024")
+}
+
+/// One of the values of a table, by name.
+fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names.iter().map(|(name, _)| PossibleValue::new(*name))).try_map(move |text| {
+        names.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or("no such value")
+    })
+}
+
+fn color() -> impl TypedValueParser<Value = ColorChoice> {
+    let always = PossibleValue::new("truecolor").alias("always");
+    let values = [PossibleValue::new("auto"), always, PossibleValue::new("256"), PossibleValue::new("never")];
+    PossibleValuesParser::new(values).map(|text| match text.as_str() {
+        "truecolor" | "always" => ColorChoice::Truecolor,
+        "256" => ColorChoice::Indexed,
+        "never" => ColorChoice::Never,
+        _ => ColorChoice::Auto,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn parse(line: &str) -> Result<Cli, String> {
+        Cli::try_parse_from(line.split(' ')).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn the_flags_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn every_flag_changes_what_it_says() {
+        let line = "glimt a.toml --size 64x48 --samples 3 --max-depth 0 --shading phong --shadows filtered \
+                    --numerics fast --threads 5 --tile-size 16";
+        let args = parse(&line.split_whitespace().collect::<Vec<_>>().join(" ")).unwrap().show;
+        let mut desc = SceneDesc::default();
+        args.override_scene(&mut desc);
+        assert_eq!((desc.film.width, desc.film.height), (64, 48));
+        assert_eq!((desc.render.samples, desc.render.max_depth), (3, 0));
+        assert_eq!((desc.render.shading, desc.render.shadows), (Shading::Phong, Shadows::Filtered));
+        assert_eq!(desc.render.numerics, Numerics::Fast);
+        assert_eq!((args.settings().threads.get(), args.settings().tile_size), (5, 16));
+    }
+
+    #[test]
+    fn no_flags_change_nothing() {
+        let mut desc = SceneDesc::default();
+        parse("glimt render a.toml").unwrap();
+        parse("glimt").unwrap().show.override_scene(&mut desc);
+        assert_eq!(desc, SceneDesc::default());
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused_with_the_range() {
+        for (flags, hint) in [
+            ("--size 640", "1280x720"),
+            ("--size 0x480", "from 1 to 32768"),
+            ("--size 99999x1", "from 1 to 32768"),
+            ("--size=-3x4", "1280x720"),
+            ("--threads 0", "from 1 to 1024"),
+            ("--threads 99999999999999999999", "from 1 to 1024"),
+            ("--samples 0", "1..="),
+            ("--max-depth 65", "0..=64"),
+            ("--tile-size 12", "multiple of 8"),
+            ("--shading gouraud", "lambert, phong, whitted"),
+            ("--shadows soft", "opaque, filtered"),
+            ("--numerics exact", "classic, fast, robust, reference"),
+            ("--color sometimes", "auto, truecolor, 256, never"),
+        ] {
+            let message = parse(&format!("glimt {flags}")).unwrap_err();
+            assert!(message.contains(hint), "{flags}: {message}");
+        }
+    }
+}

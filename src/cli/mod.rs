@@ -1,0 +1,190 @@
+//! Commands: from arguments to an exit code. Everything that can go wrong is told on stderr in plain words.
+
+mod args;
+mod check;
+mod failure;
+mod model_scene;
+mod open;
+
+use crate::description::{FilmDesc, printable};
+use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
+use crate::output::{check_target, save_png};
+use crate::tui;
+use args::{CheckArgs, Cli, Command, RenderArgs};
+use check::Inventory;
+use clap::Parser;
+use clap::error::ErrorKind;
+use failure::Failure;
+use open::Opened;
+use std::ffi::OsString;
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+use tui::ColorChoice;
+
+/// Runs the program with these arguments (the first is its own name).
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let begun = Instant::now();
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(help_or_mistake) => return answer(&help_or_mistake),
+    };
+    let (color, done) = match &cli.command {
+        Some(Command::Render(args)) => (args.color.color, render(args, begun)),
+        Some(Command::Check(args)) => (args.color.color, check(args)),
+        None => (cli.show.color.color, show(&cli.show, begun)),
+    };
+    match done {
+        Ok(code) => code,
+        Err(failure) => {
+            say(failure.render(colored_stderr(color)));
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+/// Help and version on stdout, mistakes in the arguments on stderr.
+fn answer(from_clap: &clap::Error) -> ExitCode {
+    let text = match from_clap.kind() {
+        // Two words that are no command: clap takes the second for one.
+        ErrorKind::ArgumentConflict => "error: there can be one scene; the commands are render and check".to_owned(),
+        _ => from_clap.render().to_string(),
+    };
+    let safe: Vec<_> = text.trim_end().lines().map(printable).collect();
+    let safe = safe.join("\n");
+    match from_clap.use_stderr() {
+        true => say(safe),
+        false => return print(safe).map_or_else(|failure| ExitCode::from(failure.exit_code()), |()| ExitCode::SUCCESS),
+    }
+    ExitCode::from(u8::try_from(from_clap.exit_code()).unwrap_or(2))
+}
+
+/// `glimt [SCENE]`: the interface, or without a terminal the same as `render`.
+fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
+    if args.json || args.quiet || !terminal_to_draw_on() {
+        if !args.json && !args.quiet {
+            say("no terminal to draw on: rendering to a file instead (glimt render does the same)");
+        }
+        return render(args, begun);
+    }
+    let (opened, output) = open(args)?;
+    let options = tui::Options {
+        scene_name: opened.name().to_string_lossy().into_owned(),
+        desc: opened.desc,
+        output,
+        threads: args.settings().threads,
+        color: args.color.color,
+    };
+    let outcome = tui::run(options).map_err(|error| match error {
+        tui::Error::Compile(error) => Failure::asked(error),
+        other => Failure::could_not(other),
+    })?;
+    if !outcome.line.is_empty() {
+        say(outcome.line);
+    }
+    Ok(ExitCode::from(outcome.exit_code))
+}
+
+/// `glimt render`
+fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
+    let (opened, output) = open(args)?;
+    let scene = Arc::new(opened.compile()?);
+    if !args.quiet {
+        for warning in &scene.summary.warnings {
+            say(format_args!("warning: {}", printable(warning)));
+        }
+    }
+    let settings = args.settings();
+    let rendered = headless::render(Arc::clone(&scene), settings, args.quiet).map_err(|error| match error {
+        Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
+        other => Failure::could_not(other),
+    })?;
+    let saving = Instant::now();
+    save_png(&rendered.film, &output).map_err(Failure::could_not)?;
+    let seconds = Seconds {
+        load: (opened.load_time + scene.summary.load_time).as_secs_f64(),
+        build: (opened.build_time + scene.summary.build_time).as_secs_f64(),
+        first_picture: rendered.progress.first_picture.unwrap_or(rendered.time).as_secs_f64(),
+        trace: rendered.time.as_secs_f64(),
+        save: saving.elapsed().as_secs_f64(),
+        total: begun.elapsed().as_secs_f64(),
+    };
+    let report = Report::new(&scene, &rendered, settings, &opened.file, &output, seconds);
+    if !args.quiet {
+        if report.non_finite > 0 {
+            say(format_args!("warning: {} samples were not finite and are left out", report.non_finite));
+        }
+        say(&report);
+    }
+    if args.json {
+        print(serde_json::to_string(&report).map_err(Failure::could_not)?)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `glimt check`
+fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    let opened = Opened::new(args.scene.as_deref(), None)?;
+    let scene = opened.compile()?;
+    print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The scene with the flags put into it, and where its picture goes. A path that cannot be written to and a
+/// picture that is too large are found before the work, not after it.
+fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
+    let film = args.size.map(|(width, height)| FilmDesc { width, height });
+    let mut opened = Opened::new(args.scene.as_deref(), film)?;
+    args.override_scene(&mut opened.desc);
+    let output = args.output.clone().unwrap_or_else(|| opened.default_output());
+    if output.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("png")) {
+        let name = output.to_string_lossy().into_owned();
+        return Err(Failure::Asked(format!("cannot write {name}: glimt writes PNG; end the name with .png")));
+    }
+    check_target(&output).map_err(Failure::asked)?;
+    let FilmDesc { width, height } = opened.desc.film;
+    check_memory(width, height).map_err(|TooLarge { needed, available }| {
+        let gigabytes = |bytes: u64| bytes as f64 / 1e9;
+        Failure::CouldNot(format!(
+            "a picture of {width}x{height} needs {:.1} GB of memory, and {:.1} GB are free; ask for a smaller --size",
+            gigabytes(needed),
+            gigabytes(available)
+        ))
+    })?;
+    Ok((opened, output))
+}
+
+/// Whether the interface can run here.
+fn terminal_to_draw_on() -> bool {
+    let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+    io::stdin().is_terminal() && io::stdout().is_terminal() && !dumb
+}
+
+/// Whether errors are coloured.
+fn colored_stderr(choice: ColorChoice) -> bool {
+    let unset = |name| std::env::var_os(name).is_none_or(|value| value.is_empty());
+    match choice {
+        ColorChoice::Auto => io::stderr().is_terminal() && unset("NO_COLOR"),
+        ColorChoice::Truecolor | ColorChoice::Indexed => true,
+        ColorChoice::Never => false,
+    }
+}
+
+/// A line on stderr. Who closed it does not want to know.
+fn say(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Lines on stdout. A reader that went away, as `head` does, has read enough.
+fn print(text: impl Display) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::CouldNot(format!("cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

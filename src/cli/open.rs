@@ -1,0 +1,89 @@
+//! Scene files and models to descriptions.
+
+use super::Failure;
+use super::model_scene::scene_of_model;
+use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, printable};
+use crate::scene::{Scene, compile};
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// A scene as the command line names it.
+pub struct Opened {
+    pub desc: SceneDesc,
+    /// The file, or [`DEMO`].
+    pub file: PathBuf,
+    /// What of it is compiled already.
+    pub compiled: Option<Scene>,
+    /// Time to read it, without that to build trees.
+    pub load_time: Duration,
+    /// Time to build trees.
+    pub build_time: Duration,
+}
+
+/// Longest scene file, bytes: far above any that people or programs make, far below what fills memory.
+const MAX_TEXT: u64 = 256 << 20;
+
+impl Opened {
+    /// Reads a scene, or makes one for a model; the demo scene if there is no file. `film`: the size that the flags
+    /// ask for, which a model is framed for.
+    pub fn new(file: Option<&Path>, film: Option<FilmDesc>) -> Result<Self, Failure> {
+        let begun = Instant::now();
+        let file = file.unwrap_or(Path::new(DEMO));
+        let is_model = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
+        let (desc, compiled) = if is_model {
+            let (desc, model) = scene_of_model(file, film.unwrap_or_default()).map_err(Failure::asked)?;
+            (desc, Some(model))
+        } else {
+            (parse(&read(file)?, file).map_err(Failure::Scene)?, None)
+        };
+        let build_time = compiled.as_ref().map_or(Duration::ZERO, |model| model.summary.build_time);
+        let load_time = begun.elapsed().saturating_sub(build_time);
+        Ok(Self { desc, file: file.to_path_buf(), compiled, load_time, build_time })
+    }
+
+    /// The scene that rays meet.
+    pub fn compile(&self) -> Result<Scene, Failure> {
+        compile(&self.desc, self.compiled.as_ref()).map_err(Failure::asked)
+    }
+
+    /// The file's name without its ending.
+    pub fn name(&self) -> &OsStr {
+        self.file.file_stem().unwrap_or(OsStr::new("scene"))
+    }
+
+    /// `<scene>.png` in the working directory.
+    pub fn default_output(&self) -> PathBuf {
+        let mut name = OsString::from(self.name());
+        name.push(".png");
+        name.into()
+    }
+}
+
+fn read(file: &Path) -> Result<String, Failure> {
+    let name = printable(&file.to_string_lossy()).into_owned();
+    let refuse = |why: String| Failure::Asked(format!("cannot read {name}: {why}"));
+    let reason = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::IsADirectory => "this is a directory".to_owned(),
+        _ => error.to_string(),
+    };
+    let mut bytes = Vec::new();
+    match builtin(file) {
+        Some(content) => bytes.extend(content),
+        None => {
+            let opened = File::open(file).map_err(|e| refuse(reason(e)))?;
+            opened.take(MAX_TEXT + 1).read_to_end(&mut bytes).map_err(|e| refuse(reason(e)))?;
+        }
+    }
+    if bytes.len() as u64 > MAX_TEXT {
+        return Err(refuse(format!("it is longer than {} MiB", MAX_TEXT >> 20)));
+    }
+    String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        let line = 1 + e.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
+        refuse(format!("line {line} is not UTF-8 text; glimt opens scenes (.toml) and models (.obj)"))
+    })
+}

@@ -1,0 +1,97 @@
+//! The cone with its base of radius 1 at y = -1 and its apex at y = 1.
+
+use super::cylinder::{BOTTOM, SIDE, advance, cap_surface, nearest_f32};
+use super::interaction::SurfacePoint;
+use super::interval::Interval;
+use super::quadratic::{classic_roots_f32, roots};
+use super::ray::Ray;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+/// Radius at distance w below the apex is `SLOPE * w`.
+const SLOPE: f64 = 0.5;
+
+/// Faces of the slab 0 <= w <= 2: the apex plane is never the surface, since the cone has no width there.
+const APEX: u32 = SIDE;
+
+/// The first hit and its face, in f64. With w = 1 - y, the solid is {x² + z² <= w²/4} cut to 0 <= w <= 2. The discriminant is
+/// that of numerics.md row 4, k²((o x d)_x² + (o x d)_y²) - (o x d)_z² in the cone's own frame, factored.
+pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
+    let (t0, o) = advance(ray);
+    let d = ray.direction;
+    let mut inside = Interval::ALL;
+    inside.clip_slab(o.y, d.y, BOTTOM, APEX);
+    let (ow, dw) = (1.0 - o.y, -d.y);
+    let (rho, radius) = (o.x.hypot(o.z), SLOPE * ow.abs());
+    let c = (rho - radius) * (rho + radius);
+    let (dr, dk) = (d.x.hypot(d.z), SLOPE * dw.abs());
+    let a = (dr - dk) * (dr + dk);
+    let b = o.x * d.x + o.z * d.z - SLOPE * SLOPE * ow * dw;
+    let swirl = (o.x * d.z - o.z * d.x).abs();
+    let lean = SLOPE * (o.x * dw - ow * d.x).hypot(o.z * dw - ow * d.z);
+    let disc = (lean - swirl) * (lean + swirl);
+    if a > 0.0 {
+        // The line leaves the double cone at both ends: inside between the roots.
+        if disc < 0.0 {
+            return None;
+        }
+        let (near, far) = roots(a, b, c, disc.sqrt());
+        inside.clip(near, SIDE, far, SIDE);
+    } else if a < 0.0 {
+        // Inside outside of the roots, once in each nappe; ours is the one with w >= 0. A negative discriminant is
+        // rounding at the apex, which such a line must pass.
+        let (near, far) = roots(a, b, c, disc.max(0.0).sqrt());
+        if dw > 0.0 {
+            inside.clip(far, SIDE, f64::INFINITY, SIDE);
+        } else {
+            inside.clip(f64::NEG_INFINITY, SIDE, near, SIDE);
+        }
+    } else if b != 0.0 {
+        let root = -c / (2.0 * b);
+        if b > 0.0 {
+            inside.clip(f64::NEG_INFINITY, SIDE, root, SIDE);
+        } else {
+            inside.clip(root, SIDE, f64::INFINITY, SIDE);
+        }
+    } else if c > 0.0 {
+        return None;
+    }
+    inside.first_on(ray, t0)
+}
+
+/// The school formula in f32: side and base on their own, nearest wins.
+pub(super) fn cone_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
+    let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+    let (k2, ow, dw) = (0.25f32, 1.0 - o.y, -d.y);
+    let on_side = |t: f32| (0.0..=2.0).contains(&(ow + t * dw));
+    let on_base = |t: f32| (o.x + t * d.x).powi(2) + (o.z + t * d.z).powi(2) <= 1.0;
+    let side = classic_roots_f32(
+        d.x * d.x + d.z * d.z - k2 * dw * dw,
+        o.x * d.x + o.z * d.z - k2 * ow * dw,
+        o.x * o.x + o.z * o.z - k2 * ow * ow,
+    );
+    let sides = side.into_iter().flatten().filter(|&t| on_side(t)).map(|t| (t, SIDE));
+    let base = Some(((-1.0 - o.y) / d.y, BOTTOM)).into_iter().filter(|&(t, _)| on_base(t));
+    nearest_f32(ray, sides.chain(base))
+}
+
+/// The surface of face `face` near `p` (object space). The apex looks along the axis.
+pub fn cone_surface(p: DVec3, face: u32) -> SurfacePoint {
+    if face == BOTTOM {
+        return cap_surface(p, -1.0);
+    }
+    let y = p.y.clamp(-1.0, 1.0);
+    let rho = p.x.hypot(p.z);
+    let v = 0.5 + 0.5 * y;
+    if rho == 0.0 {
+        return SurfacePoint { point: DVec3::new(0.0, y, 0.0), normal: DVec3::Y, uv: DVec2::new(0.5, v) };
+    }
+    let (cos, sin) = (p.z / rho, p.x / rho);
+    let radius = SLOPE * (1.0 - y);
+    let normal = DVec3::new(sin, SLOPE, cos).normalize();
+    SurfacePoint {
+        point: DVec3::new(sin * radius, y, cos * radius),
+        normal,
+        uv: DVec2::new(0.5 + sin.atan2(cos) / (2.0 * PI), v),
+    }
+}

@@ -1,0 +1,57 @@
+//! The cube [-1, 1]³.
+
+use super::interaction::SurfacePoint;
+use super::interval::Interval;
+use super::ray::Ray;
+use glam::{DVec2, DVec3};
+
+/// The first hit and its face, in f64.
+pub fn cuboid_intersect(ray: &Ray) -> Option<(f64, u32)> {
+    let mut inside = Interval::ALL;
+    for axis in 0..3 {
+        inside.clip_slab(ray.origin[axis], ray.direction[axis], 2 * axis as u32, 2 * axis as u32 + 1);
+    }
+    inside.first_on(ray, 0.0)
+}
+
+/// The slab test with swapped planes in f32.
+pub(super) fn cuboid_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
+    let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+    let (mut enter, mut exit) = (f32::NEG_INFINITY, f32::INFINITY);
+    let (mut enter_face, mut exit_face) = (0, 0);
+    for axis in 0..3 {
+        let (low, high) = (2 * axis as u32, 2 * axis as u32 + 1);
+        let (mut t0, mut t1) = ((-1.0 - o[axis]) / d[axis], (1.0 - o[axis]) / d[axis]);
+        let mut faces = (low, high);
+        if t0 > t1 {
+            std::mem::swap(&mut t0, &mut t1);
+            faces = (high, low);
+        }
+        if t0 > enter {
+            (enter, enter_face) = (t0, faces.0);
+        }
+        if t1 < exit {
+            (exit, exit_face) = (t1, faces.1);
+        }
+        if enter > exit {
+            return None;
+        }
+    }
+    [(f64::from(enter), enter_face), (f64::from(exit), exit_face)].into_iter().find(|&(t, _)| ray.contains(t))
+}
+
+/// The surface of face `face` near `p` (object space). Pictures stand upright on every face, seen from outside.
+pub fn cuboid_surface(p: DVec3, face: u32) -> SurfacePoint {
+    let axis = (face / 2) as usize;
+    let side = if face.is_multiple_of(2) { -1.0 } else { 1.0 };
+    let mut point = p.clamp(DVec3::NEG_ONE, DVec3::ONE);
+    point[axis] = side;
+    let mut normal = DVec3::ZERO;
+    normal[axis] = side;
+    let (s, t) = match axis {
+        0 => (-side * point.z, point.y),
+        1 => (point.x, -side * point.z),
+        _ => (side * point.x, point.y),
+    };
+    SurfacePoint { point, normal, uv: DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t) }
+}

@@ -1,0 +1,86 @@
+//! The cylinder of radius 1 about the y axis, capped at y = ±1.
+
+use super::interaction::SurfacePoint;
+use super::interval::Interval;
+use super::quadratic::{classic_roots_f32, roots};
+use super::ray::Ray;
+use glam::{DVec2, DVec3};
+use std::f64::consts::PI;
+
+pub(super) const SIDE: u32 = 0;
+pub(super) const BOTTOM: u32 = 1;
+const TOP: u32 = 2;
+
+/// Rays that start farther than this (squared) from the origin are advanced to their closest approach first: the
+/// coefficients of the quadratics then stay of the size of the shape (numerics.md, section 2).
+const FAR: f64 = 64.0;
+
+/// `(t0, origin + t0 direction)`: the origin, advanced if it is far away.
+pub(super) fn advance(ray: &Ray) -> (f64, DVec3) {
+    if ray.origin.length_squared() <= FAR {
+        return (0.0, ray.origin);
+    }
+    let t0 = -ray.origin.dot(ray.direction) / ray.direction.length_squared();
+    (t0, ray.at(t0))
+}
+
+/// The first hit and its face, in f64: the discriminant by Lagrange's identity, a - (o x d)_y², does not cancel.
+pub fn cylinder_intersect(ray: &Ray) -> Option<(f64, u32)> {
+    let (t0, o) = advance(ray);
+    let d = ray.direction;
+    let mut inside = Interval::ALL;
+    inside.clip_slab(o.y, d.y, BOTTOM, TOP);
+    let a = d.x * d.x + d.z * d.z;
+    let rho = o.x.hypot(o.z);
+    let c = (rho - 1.0) * (rho + 1.0);
+    if a == 0.0 {
+        if c > 0.0 {
+            return None;
+        }
+    } else {
+        let cross = o.x * d.z - o.z * d.x;
+        let disc = a - cross * cross;
+        if disc < 0.0 {
+            return None;
+        }
+        let (near, far) = roots(a, o.x * d.x + o.z * d.z, c, disc.sqrt());
+        inside.clip(near, SIDE, far, SIDE);
+    }
+    inside.first_on(ray, t0)
+}
+
+/// The school formula in f32: side and caps on their own, nearest wins.
+pub(super) fn cylinder_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
+    let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+    let on_side = |t: f32| (o.y + t * d.y).abs() <= 1.0;
+    let on_cap = |t: f32| (o.x + t * d.x).powi(2) + (o.z + t * d.z).powi(2) <= 1.0;
+    let side = classic_roots_f32(d.x * d.x + d.z * d.z, o.x * d.x + o.z * d.z, o.x * o.x + o.z * o.z - 1.0);
+    let sides = side.into_iter().flatten().filter(|&t| on_side(t)).map(|t| (t, SIDE));
+    let caps = [((-1.0 - o.y) / d.y, BOTTOM), ((1.0 - o.y) / d.y, TOP)].into_iter().filter(|&(t, _)| on_cap(t));
+    nearest_f32(ray, sides.chain(caps))
+}
+
+/// The nearest candidate on the ray.
+pub(super) fn nearest_f32(ray: &Ray, candidates: impl Iterator<Item = (f32, u32)>) -> Option<(f64, u32)> {
+    candidates
+        .map(|(t, face)| (f64::from(t), face))
+        .filter(|&(t, _)| ray.contains(t))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// The surface of face `face` near `p` (object space).
+pub fn cylinder_surface(p: DVec3, face: u32) -> SurfacePoint {
+    if face == SIDE {
+        let n = DVec3::new(p.x, 0.0, p.z).normalize_or(DVec3::Z);
+        let point = DVec3::new(n.x, p.y.clamp(-1.0, 1.0), n.z);
+        SurfacePoint { point, normal: n, uv: DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + 0.5 * point.y) }
+    } else {
+        cap_surface(p, if face == BOTTOM { -1.0 } else { 1.0 })
+    }
+}
+
+/// The unit disc at y = `side`, looking away from y = 0.
+pub(super) fn cap_surface(p: DVec3, side: f64) -> SurfacePoint {
+    let point = DVec3::new(p.x, side, p.z);
+    SurfacePoint { point, normal: DVec3::Y * side, uv: DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * side * p.z) }
+}

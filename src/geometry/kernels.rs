@@ -1,0 +1,206 @@
+//! The presets of arithmetic: one type each, chosen once a render.
+
+use super::interaction::refract;
+use super::ray::Ray;
+use super::slab::{PaddedSlab, PlainSlab, Slab, WideSlab};
+use super::triangle::{TriangleRay, moeller_trumbore_f32};
+use super::{cone, cuboid, cylinder, plane, sphere};
+use glam::{DVec3, Vec3};
+
+/// How boxes, shapes and triangles are met and how rays start from surfaces. The methods of one preset belong together:
+/// offsets are as large as the errors of its hit points.
+///
+/// The provided methods are those of [`Robust`]: f64 in the forms that do not cancel.
+pub trait Kernels: Copy + Send + Sync + 'static {
+    /// Box test.
+    type Slab: Slab;
+    /// A ray prepared for triangles.
+    type Triangle: Copy;
+
+    /// `t_min` of rays that start on a surface. Nothing but [`Classic`] needs one.
+    const T_MIN: f64 = 0.0;
+
+    /// See [`sphere_intersect`](super::sphere_intersect).
+    fn sphere(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
+        sphere::sphere_intersect(ray, centre, radius)
+    }
+
+    /// See [`cuboid_intersect`](super::cuboid_intersect).
+    fn cuboid(ray: &Ray) -> Option<(f64, u32)> {
+        cuboid::cuboid_intersect(ray)
+    }
+
+    /// See [`cylinder_intersect`](super::cylinder_intersect).
+    fn cylinder(ray: &Ray) -> Option<(f64, u32)> {
+        cylinder::cylinder_intersect(ray)
+    }
+
+    /// See [`cone_intersect`](super::cone_intersect).
+    fn cone(ray: &Ray) -> Option<(f64, u32)> {
+        cone::cone_intersect(ray)
+    }
+
+    /// See [`plane_intersect`](super::plane_intersect).
+    fn plane(ray: &Ray) -> Option<f64> {
+        plane::plane_intersect(ray)
+    }
+
+    /// See [`quad_intersect`](super::quad_intersect).
+    fn quad(ray: &Ray) -> Option<f64> {
+        plane::quad_intersect(ray)
+    }
+
+    /// Prepares a ray for [`Kernels::triangle`].
+    fn triangle_ray(ray: &Ray) -> Self::Triangle;
+
+    /// `(t, u, v)` of the hit with t_min < t <= t_max.
+    fn triangle(ray: &Self::Triangle, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)>;
+
+    /// The point where rays from this hit start, and how far along the normal they must be moved off the surface.
+    /// `on_surface` is the hit projected onto the surface, `bound` the error bound of that projection (world space).
+    fn surface_point(_ray: &Ray, _t: f64, on_surface: DVec3, bound: f64) -> (DVec3, f64) {
+        (on_surface, bound)
+    }
+
+    /// The ray from `origin` up to just before `target`; `None` if they are the same point.
+    fn ray_to(origin: DVec3, target: DVec3) -> Option<Ray> {
+        let way = target - origin;
+        let distance = way.length();
+        // Ends one part in 2^40 before the target: a blocker on the light itself does not count.
+        let t_max = distance * (1.0 - 2f64.powi(-40));
+        (distance > 0.0).then(|| Ray { origin, direction: way / distance, t_min: Self::T_MIN, t_max })
+    }
+
+    /// The refracted direction, `None` for total internal reflection; see [`refract`]. `entering`: into the body.
+    fn refract(direction: DVec3, normal: DVec3, eta: f64, _entering: bool) -> Option<DVec3> {
+        refract(direction, normal, eta)
+    }
+
+    /// (v, r)^s, 0 where the two point away from each other.
+    fn highlight(cosine: f64, shininess: f64) -> f64 {
+        if cosine > 0.0 { cosine.min(1.0).powf(shininess) } else { 0.0 }
+    }
+}
+
+/// The default: f64 rays over f32 boxes with proven pads, watertight triangles, error bounds instead of epsilons.
+#[derive(Clone, Copy, Debug)]
+pub struct Robust;
+
+impl Kernels for Robust {
+    type Slab = PaddedSlab;
+    type Triangle = TriangleRay;
+
+    fn triangle_ray(ray: &Ray) -> TriangleRay {
+        TriangleRay::new(ray)
+    }
+
+    fn triangle(ray: &TriangleRay, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
+        ray.intersect(corners, t_max)
+    }
+}
+
+/// The yardstick: as [`Robust`], and the boxes in f64 as well.
+#[derive(Clone, Copy, Debug)]
+pub struct Reference;
+
+impl Kernels for Reference {
+    type Slab = WideSlab;
+    type Triangle = TriangleRay;
+
+    fn triangle_ray(ray: &Ray) -> TriangleRay {
+        TriangleRay::new(ray)
+    }
+
+    fn triangle(ray: &TriangleRay, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
+        ray.intersect(corners, t_max)
+    }
+}
+
+/// The quick usual practice: school formulas in f32, Möller-Trumbore, an offset of 8 f32 ulp of the largest number.
+#[derive(Clone, Copy, Debug)]
+pub struct Fast;
+
+/// The kernels in f32 that [`Fast`] and [`Classic`] share.
+macro_rules! single_precision_shapes {
+    () => {
+        type Slab = PlainSlab;
+        type Triangle = Ray;
+
+        fn sphere(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
+            sphere::sphere_intersect_f32(ray, centre, radius)
+        }
+
+        fn cuboid(ray: &Ray) -> Option<(f64, u32)> {
+            cuboid::cuboid_intersect_f32(ray)
+        }
+
+        fn cylinder(ray: &Ray) -> Option<(f64, u32)> {
+            cylinder::cylinder_intersect_f32(ray)
+        }
+
+        fn cone(ray: &Ray) -> Option<(f64, u32)> {
+            cone::cone_intersect_f32(ray)
+        }
+
+        fn plane(ray: &Ray) -> Option<f64> {
+            plane::plane_intersect_f32(ray)
+        }
+
+        fn quad(ray: &Ray) -> Option<f64> {
+            plane::quad_intersect_f32(ray)
+        }
+
+        fn triangle_ray(ray: &Ray) -> Ray {
+            *ray
+        }
+    };
+}
+
+impl Kernels for Fast {
+    single_precision_shapes!();
+
+    fn triangle(ray: &Ray, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
+        moeller_trumbore_f32(ray, corners, 0.0, t_max)
+    }
+
+    fn surface_point(ray: &Ray, t: f64, _on_surface: DVec3, _bound: f64) -> (DVec3, f64) {
+        let point = (ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3();
+        let size = point.length().max(ray.origin.length()).max(t);
+        (point, 8.0 * f64::from(f32::EPSILON) * size)
+    }
+}
+
+/// The coursework's formulas as published, mistakes included: f32, determinants up to 1e-6 taken for parallel, epsilon 1e-4
+/// along rays of any length, shadow rays not normalised, the ratio of indices never inverted, total internal reflection
+/// not noticed, negative bases in the highlight. Kept to be compared with.
+#[derive(Clone, Copy, Debug)]
+pub struct Classic;
+
+impl Kernels for Classic {
+    single_precision_shapes!();
+
+    const T_MIN: f64 = 1e-4;
+
+    fn triangle(ray: &Ray, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
+        moeller_trumbore_f32(ray, corners, 1e-6, t_max)
+    }
+
+    fn surface_point(ray: &Ray, t: f64, _on_surface: DVec3, _bound: f64) -> (DVec3, f64) {
+        ((ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3(), 0.0)
+    }
+
+    fn ray_to(origin: DVec3, target: DVec3) -> Option<Ray> {
+        Some(Ray { origin, direction: target - origin, t_min: Self::T_MIN, t_max: 1.0 })
+    }
+
+    fn refract(direction: DVec3, normal: DVec3, eta: f64, entering: bool) -> Option<DVec3> {
+        let (d, n) = (direction.as_vec3(), normal.as_vec3());
+        let eta = (if entering { eta } else { 1.0 / eta }) as f32;
+        let cos = -d.dot(n);
+        Some((d * eta + n * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt())).as_dvec3())
+    }
+
+    fn highlight(cosine: f64, shininess: f64) -> f64 {
+        f64::from((cosine as f32).powf(shininess as f32))
+    }
+}

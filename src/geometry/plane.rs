@@ -1,0 +1,41 @@
+//! The plane y = 0 and the quad in it.
+
+use super::interaction::SurfacePoint;
+use super::ray::Ray;
+use glam::{DVec2, DVec3};
+
+/// The hit with the infinite plane, in f64. A ray inside of the plane meets nothing.
+pub fn plane_intersect(ray: &Ray) -> Option<f64> {
+    let t = -ray.origin.y / ray.direction.y;
+    ray.contains(t).then_some(t)
+}
+
+/// The hit with the quad [-1, 1]², in f64, edges included.
+pub fn quad_intersect(ray: &Ray) -> Option<f64> {
+    let t = plane_intersect(ray)?;
+    let inside = |o: f64, d: f64| (o + t * d).abs() <= 1.0;
+    (inside(ray.origin.x, ray.direction.x) && inside(ray.origin.z, ray.direction.z)).then_some(t)
+}
+
+/// The hit with the plane in f32.
+pub(super) fn plane_intersect_f32(ray: &Ray) -> Option<f64> {
+    let t = f64::from(-(ray.origin.y as f32) / (ray.direction.y as f32));
+    ray.contains(t).then_some(t)
+}
+
+/// The hit with the quad in f32.
+pub(super) fn quad_intersect_f32(ray: &Ray) -> Option<f64> {
+    let t = plane_intersect_f32(ray)?;
+    let inside = |o: f64, d: f64| (o as f32 + t as f32 * d as f32).abs() <= 1.0;
+    (inside(ray.origin.x, ray.direction.x) && inside(ray.origin.z, ray.direction.z)).then_some(t)
+}
+
+/// The surface of the plane near `p` (object space): uv in scene units, v toward -z.
+pub fn plane_surface(p: DVec3) -> SurfacePoint {
+    SurfacePoint { point: DVec3::new(p.x, 0.0, p.z), normal: DVec3::Y, uv: DVec2::new(p.x, -p.z) }
+}
+
+/// The surface of the quad near `p` (object space): uv in the unit square, v toward -z.
+pub fn quad_surface(p: DVec3) -> SurfacePoint {
+    SurfacePoint { uv: DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.z), ..plane_surface(p) }
+}

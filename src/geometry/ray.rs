@@ -1,0 +1,66 @@
+//! Rays and what traversal returns.
+
+use glam::{DAffine3, DVec3};
+
+/// The points `origin + t * direction` with `t_min < t <= t_max`. World or object space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Start.
+    pub origin: DVec3,
+    /// Not zero; of unit length in world space.
+    pub direction: DVec3,
+    /// Hits at or before this do not count.
+    pub t_min: f64,
+    /// Hits beyond this do not count.
+    pub t_max: f64,
+}
+
+impl Ray {
+    /// Everything in front of `origin`.
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+    }
+
+    /// The point at `t`.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// The same ray in another space; t means the same point.
+    pub fn transformed(&self, target_from_source: &DAffine3) -> Self {
+        Self {
+            origin: target_from_source.transform_point3(self.origin),
+            direction: target_from_source.transform_vector3(self.direction),
+            ..*self
+        }
+    }
+
+    /// Whether `t` lies on the ray.
+    pub fn contains(&self, t: f64) -> bool {
+        t > self.t_min && t <= self.t_max
+    }
+}
+
+/// What traversal returns: which primitive is met and where on the ray. Small; see
+/// [`SurfaceInteraction`](super::SurfaceInteraction) for the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray's direction.
+    pub t: f64,
+    /// Index of the object in the scene.
+    pub object: u32,
+    /// Which triangle of a mesh or face of a shape.
+    pub primitive: u32,
+    /// Weight of the triangle's second corner (0 for other shapes).
+    pub u: f64,
+    /// Weight of the triangle's third corner (0 for other shapes).
+    pub v: f64,
+}
+
+impl Hit {
+    /// Whether this hit wins over `other`: nearer, or as near and of the smaller (object, primitive), so that the winner
+    /// does not depend on the order of traversal.
+    pub fn beats(&self, other: &Hit) -> bool {
+        (self.t, self.object, self.primitive) < (other.t, other.object, other.primitive)
+    }
+}

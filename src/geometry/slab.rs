@@ -1,0 +1,207 @@
+//! Does a ray meet a box? Three answers: conservative in f32, conservative in f64, and the usual quick one.
+
+use super::aabb::Aabb;
+use super::ray::Ray;
+
+/// A ray prepared for tests against the boxes of one tree. Distances are in the ray's t, possibly shifted by a constant;
+/// they serve to order and to prune, never to decide a hit.
+pub trait Slab: Copy {
+    /// Prepares a ray for boxes whose coordinates are at most `extent` in magnitude.
+    fn new(ray: &Ray, extent: f64) -> Self;
+
+    /// `t_max` in the units of `entry`, rounded up.
+    fn limit(&self, t_max: f64) -> f32;
+
+    /// Where the ray enters the box, or `None` if it misses it or enters beyond `limit`.
+    fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32>;
+}
+
+/// Unit roundoff of f32.
+const U: f64 = 1.0 / 16_777_216.0;
+
+/// f32 boxes, f64 ray: absolute pads inside the two constants of the slab, so that the entry is a lower bound and the exit
+/// an upper bound of the exact ones (robust-leaf.md, "Boxes (N2)"; unfused, so the product's rounding counts too: slope
+/// and product 2uR, constants u|o|, last addition u(R + |o|), clamped direction (R + |o|)u/4; together below
+/// p = 4u(R + |o|)). A box that the exact ray touches is never missed.
+#[derive(Clone, Copy, Debug)]
+pub struct PaddedSlab {
+    reciprocal: [f32; 3],
+    near: [f32; 3],
+    far: [f32; 3],
+    /// t of the point that distances are counted from: a far origin is advanced to its closest approach.
+    start: f64,
+    t_min: f32,
+}
+
+impl Slab for PaddedSlab {
+    fn new(ray: &Ray, extent: f64) -> Self {
+        let d = ray.direction;
+        let origin_size = ray.origin.abs().max_element();
+        let (mut o, mut start, mut pad) = (ray.origin, 0.0, 0.0);
+        if origin_size > 8.0 * extent {
+            start = -o.dot(d) / d.length_squared();
+            o = ray.at(start);
+            pad = 1e-15 * origin_size;
+        }
+        pad += 4.0 * U * (extent + o.abs().max_element());
+        // A component that is (almost) zero is widened to 2^-26 of the largest: no product of 0 and infinity.
+        let least = d.abs().max_element() * 2f64.powi(-26);
+        let mut slab = Self {
+            reciprocal: [0.0; 3],
+            near: [0.0; 3],
+            far: [0.0; 3],
+            start,
+            t_min: ((ray.t_min - start) as f32).next_down(),
+        };
+        for k in 0..3 {
+            let dk = if d[k].abs() < least { least.copysign(d[k]) } else { d[k] };
+            let inverse = 1.0 / dk;
+            let (c, p) = (o[k] * inverse, pad * inverse.abs());
+            slab.reciprocal[k] = inverse as f32;
+            slab.near[k] = (c + p) as f32;
+            slab.far[k] = (c - p) as f32;
+        }
+        slab
+    }
+
+    fn limit(&self, t_max: f64) -> f32 {
+        ((t_max - self.start) as f32).next_up()
+    }
+
+    fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32> {
+        let (mut enter, mut exit) = (self.t_min, limit);
+        for k in 0..3 {
+            let r = self.reciprocal[k];
+            let (first, last) =
+                if r < 0.0 { (bounds.upper[k], bounds.lower[k]) } else { (bounds.lower[k], bounds.upper[k]) };
+            let (near, far) = (first * r - self.near[k], last * r - self.far[k]);
+            // Comparisons that a NaN (from overflow) leaves as they were.
+            enter = if near > enter { near } else { enter };
+            exit = if far < exit { far } else { exit };
+        }
+        (enter <= exit).then_some(enter)
+    }
+}
+
+/// f64 throughout, widened by more than its own rounding: the yardstick.
+#[derive(Clone, Copy, Debug)]
+pub struct WideSlab(Ray);
+
+impl Slab for WideSlab {
+    fn new(ray: &Ray, _extent: f64) -> Self {
+        Self(*ray)
+    }
+
+    fn limit(&self, t_max: f64) -> f32 {
+        (t_max as f32).next_up()
+    }
+
+    fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32> {
+        let (mut enter, mut exit) = (self.0.t_min, f64::from(limit));
+        for k in 0..3 {
+            let (o, d) = (self.0.origin[k], self.0.direction[k]);
+            let (lower, upper) = (f64::from(bounds.lower[k]), f64::from(bounds.upper[k]));
+            let (first, last) = if d.is_sign_negative() { (upper, lower) } else { (lower, upper) };
+            let (near, far) = ((first - o) / d, (last - o) / d);
+            let (near, far) = (near - near.abs() * 1e-15, far + far.abs() * 1e-15);
+            enter = if near > enter { near } else { enter };
+            exit = if far < exit { far } else { exit };
+        }
+        (enter <= exit).then(|| (enter as f32).next_down())
+    }
+}
+
+/// The usual quick test: f32, minima and maxima, no pads. Loses rays that run in the plane of a face or graze an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct PlainSlab {
+    origin: [f32; 3],
+    reciprocal: [f32; 3],
+    t_min: f32,
+}
+
+impl Slab for PlainSlab {
+    fn new(ray: &Ray, _extent: f64) -> Self {
+        let inverse = ray.direction.as_vec3().recip();
+        Self { origin: ray.origin.as_vec3().into(), reciprocal: inverse.into(), t_min: ray.t_min as f32 }
+    }
+
+    fn limit(&self, t_max: f64) -> f32 {
+        t_max as f32
+    }
+
+    fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32> {
+        let (mut enter, mut exit) = (self.t_min, limit);
+        for k in 0..3 {
+            let t0 = (bounds.lower[k] - self.origin[k]) * self.reciprocal[k];
+            let t1 = (bounds.upper[k] - self.origin[k]) * self.reciprocal[k];
+            enter = enter.max(t0.min(t1));
+            exit = exit.min(t0.max(t1));
+        }
+        (enter <= exit).then_some(enter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::SplitMix64;
+    use glam::{DVec3, Vec3};
+
+    fn random_point(rng: &mut SplitMix64, size: f64) -> DVec3 {
+        DVec3::new(rng.range(-size, size), rng.range(-size, size), rng.range(-size, size))
+    }
+
+    /// numerics.md S7: rays through corners, edges and faces, from near and far, with zero components.
+    #[test]
+    fn a_box_that_the_exact_ray_touches_is_never_missed() {
+        let mut rng = SplitMix64(7);
+        for i in 0..400_000u32 {
+            let (a, b) = (random_point(&mut rng, 1.0).as_vec3(), random_point(&mut rng, 1.0).as_vec3());
+            let flat = i.is_multiple_of(5);
+            let bounds = Aabb { lower: a.min(b), upper: if flat { a.max(b).with_y(a.min(b).y) } else { a.max(b) } };
+            // A point of the box: a corner, on an edge, on a face or inside.
+            let mut target = Vec3::ZERO;
+            for k in 0..3 {
+                let w = [0.0, 1.0, rng.unit() as f32][(rng.next_u64() % 3) as usize];
+                target[k] = if w == 0.0 {
+                    bounds.lower[k]
+                } else if w == 1.0 {
+                    bounds.upper[k]
+                } else {
+                    (bounds.lower[k] + w * (bounds.upper[k] - bounds.lower[k])).clamp(bounds.lower[k], bounds.upper[k])
+                };
+            }
+            // The ray is exact: steps by a power of two from the target, dyadic components, some of them zero.
+            let mut direction = DVec3::ZERO;
+            for k in 0..3 {
+                direction[k] =
+                    [0.0, f64::from(rng.range(-1.0, 1.0) as f32)][usize::from(!rng.next_u64().is_multiple_of(4))];
+            }
+            if direction == DVec3::ZERO {
+                continue;
+            }
+            let step = 2f64.powi((rng.next_u64() % 24) as i32 - 4);
+            let ray = Ray::new(target.as_dvec3() - direction * step, direction);
+            let extent = bounds.max_abs();
+            let limit = f64::INFINITY;
+            let padded = PaddedSlab::new(&ray, extent);
+            assert!(padded.entry(&bounds, padded.limit(limit)).is_some(), "padded {ray:?} {bounds:?}");
+            let wide = WideSlab::new(&ray, extent);
+            assert!(wide.entry(&bounds, wide.limit(limit)).is_some(), "wide {ray:?} {bounds:?}");
+            // And not beyond the hit either.
+            assert!(padded.entry(&bounds, padded.limit(step)).is_some(), "padded to its end {ray:?} {bounds:?}");
+        }
+    }
+
+    #[test]
+    fn boxes_well_off_the_ray_are_missed() {
+        let bounds = Aabb { lower: Vec3::splat(-1.0), upper: Vec3::splat(1.0) };
+        let mut rng = SplitMix64(8);
+        for _ in 0..10_000 {
+            let direction = random_point(&mut rng, 1.0).normalize();
+            let side = direction.any_orthonormal_vector() * 1.8;
+            let ray = Ray::new(side - direction * rng.range(0.0, 1e4), direction);
+            assert!(PaddedSlab::new(&ray, 1.0).entry(&bounds, f32::INFINITY).is_none(), "{ray:?}");
+        }
+    }
+}

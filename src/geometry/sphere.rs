@@ -1,0 +1,49 @@
+//! The sphere: of any centre and radius, since balls that are only moved, turned and evenly scaled are met in world
+//! space without a transform.
+
+use super::interaction::SurfacePoint;
+use super::quadratic::classic_roots_f32;
+use super::ray::Ray;
+use glam::{DVec2, DVec3, Vec3};
+use std::f64::consts::PI;
+
+/// The first root on the ray, in f64: discriminant from the vector of closest approach and roots in q-form (Haines,
+/// Günther, Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems 2019, ch. 7). A ray
+/// from afar is first advanced to its closest approach.
+pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
+    let d = ray.direction;
+    let a = d.length_squared();
+    let mut f = ray.origin - centre;
+    let mut t0 = 0.0;
+    if f.length_squared() > 64.0 * radius * radius {
+        t0 = -f.dot(d) / a;
+        f += d * t0;
+    }
+    let b = f.dot(d);
+    // |f - (b/a) d| is the distance of the line from the centre.
+    let disc = radius * radius - (f - d * (b / a)).length_squared();
+    if disc < 0.0 {
+        return None;
+    }
+    let distance = f.length();
+    let c = (distance - radius) * (distance + radius);
+    let (near, far) = super::quadratic::roots(a, b, c, (a * disc).sqrt());
+    let (near, far) = (near + t0, far + t0);
+    if ray.contains(near) { Some(near) } else { (near <= ray.t_min && ray.contains(far)).then_some(far) }
+}
+
+/// The school formula in f32.
+pub(super) fn sphere_intersect_f32(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
+    let (o, d): (Vec3, Vec3) = ((ray.origin.as_vec3() - centre.as_vec3()), ray.direction.as_vec3());
+    let r = radius as f32;
+    let roots = classic_roots_f32(d.dot(d), o.dot(d), o.dot(o) - r * r)?;
+    roots.into_iter().map(f64::from).find(|&t| ray.contains(t))
+}
+
+/// The surface of the unit sphere near `p` (object space).
+pub fn sphere_surface(p: DVec3) -> SurfacePoint {
+    let n = p.normalize_or(DVec3::Y);
+    // atan2(0, 0) is 0: the poles have a defined u.
+    let uv = DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + n.y.clamp(-1.0, 1.0).asin() / PI);
+    SurfacePoint { point: n, normal: n, uv }
+}

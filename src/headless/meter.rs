@@ -1,0 +1,123 @@
+//! Progress on stderr.
+
+use crate::render::{Eta, Progress, Settings};
+use crate::scene::Scene;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// How progress is told.
+pub enum Meter {
+    /// Not at all.
+    Quiet,
+    /// A bar that is redrawn, on a terminal.
+    Bar(ProgressBar),
+    /// A line at every tenth, for logs.
+    Lines {
+        /// The last tenth that was told.
+        tenth: u32,
+        /// When.
+        last: Instant,
+    },
+}
+
+/// Least time between two lines, so that a quick render does not fill a log.
+const LINE_INTERVAL: Duration = Duration::from_secs(1);
+
+impl Meter {
+    /// What suits stderr. Lines begin with one that says what is being done.
+    pub fn new(quiet: bool, scene: &Scene, settings: Settings, now: Instant) -> Self {
+        if quiet {
+            return Self::Quiet;
+        }
+        let style = ProgressStyle::with_template("[{bar:30}] {msg}").map(|style| style.progress_chars("=> "));
+        match style {
+            Ok(style) if io::stderr().is_terminal() => {
+                let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr_with_hz(10));
+                Self::Bar(bar.with_style(style))
+            }
+            _ => {
+                let (width, height, samples) = (scene.width, scene.height, scene.render.samples);
+                tell(format_args!(
+                    "rendering {width}x{height}, {samples} samples a pixel, {} threads",
+                    settings.threads
+                ));
+                Self::Lines { tenth: 0, last: now }
+            }
+        }
+    }
+
+    /// Tells how far the render is, if it is time to.
+    pub fn show(&mut self, progress: &Progress, now: Instant) {
+        match self {
+            Self::Quiet => {}
+            Self::Bar(bar) => {
+                bar.set_length(progress.samples_total);
+                bar.set_position(progress.samples_done);
+                bar.set_message(line(progress, now));
+            }
+            Self::Lines { tenth, last } => {
+                let reached = progress.percent() / 10;
+                if reached > *tenth && reached < 10 && now.saturating_duration_since(*last) >= LINE_INTERVAL {
+                    (*tenth, *last) = (reached, now);
+                    tell(line(progress, now));
+                }
+            }
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn end(&self) {
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// A line on stderr. Who closed it does not want to know.
+fn tell(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// "42 %, 12 s gone, 15 to 18 s left".
+fn line(progress: &Progress, now: Instant) -> String {
+    let gone = span(progress.elapsed(now));
+    let left = progress.eta(now).map_or(String::new(), |eta| format!(", {} left", range(eta)));
+    format!("{} %, {gone} gone{left}", progress.percent())
+}
+
+fn range(eta: Eta) -> String {
+    let (low, high) = (span(eta.low), span(eta.high));
+    if low == high { high } else { format!("{low} to {high}") }
+}
+
+/// A time in two figures or so, rounded down: "850 ms", "12 s", "3 min 05 s", "2 h 07 min".
+pub fn span(time: Duration) -> String {
+    match time.as_secs() {
+        0 => format!("{} ms", time.as_millis()),
+        s @ 1..10 => format!("{s}.{} s", time.subsec_millis() / 100),
+        s @ 10..60 => format!("{s} s"),
+        s @ 60..3600 => format!("{} min {:02} s", s / 60, s % 60),
+        s => format!("{} h {:02} min", s / 3600, s % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_short_and_rounded_down() {
+        let shown = [0.0, 0.8509, 1.999, 59.9, 60.0, 3599.9, 3600.0, 90_061.0].map(Duration::from_secs_f64).map(span);
+        let expected = ["0 ms", "850 ms", "1.9 s", "59 s", "1 min 00 s", "59 min 59 s", "1 h 00 min", "25 h 01 min"];
+        assert_eq!(shown, expected);
+    }
+
+    #[test]
+    fn a_range_is_told_as_one_time_if_its_ends_look_the_same() {
+        let eta = |low, high| Eta { low: Duration::from_millis(low), high: Duration::from_millis(high) };
+        assert_eq!(range(eta(12_100, 12_900)), "12 s");
+        assert_eq!(range(eta(9_100, 12_900)), "9.1 s to 12 s");
+    }
+}

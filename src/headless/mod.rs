@@ -1,0 +1,104 @@
+//! Rendering without a terminal: a loop over the events, a progress bar or lines on stderr, a report at the end.
+
+mod memory;
+mod meter;
+mod report;
+mod signals;
+
+pub use memory::{TooLarge, check_memory};
+pub use report::{Report, Seconds};
+
+use crate::render::{Film, Progress, RenderError, RenderEvent, Settings, start};
+use crate::scene::Scene;
+use meter::Meter;
+use signals::Signals;
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A finished render.
+pub struct Rendered {
+    /// The picture.
+    pub film: Film,
+    /// What it took.
+    pub progress: Progress,
+    /// Wall time from the start of the workers to the last sample.
+    pub time: Duration,
+}
+
+/// Why a render did not come to its end.
+#[derive(Debug)]
+pub enum Unfinished {
+    /// A signal asked to stop.
+    Signal {
+        /// Its number.
+        number: u8,
+        /// How far the render was.
+        percent: u32,
+    },
+    /// A worker failed.
+    Failed(RenderError),
+    /// Signals could not be listened to.
+    Signals(io::Error),
+}
+
+impl fmt::Display for Unfinished {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Signal { number, percent } => {
+                let name = signals::name(*number);
+                write!(f, "stopped by {name} at {percent} %; nothing was written")
+            }
+            Self::Failed(error) => error.fmt(f),
+            Self::Signals(error) => write!(f, "cannot listen to signals: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for Unfinished {}
+
+/// How long a signal may go unnoticed, and the bar unmoved.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Renders a scene to its end. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM end it early; they are
+/// still held back when this returns, so that what follows is not cut off in the middle.
+pub fn render(scene: Arc<Scene>, settings: Settings, quiet: bool) -> Result<Rendered, Unfinished> {
+    let signals = Signals::listen().map_err(Unfinished::Signals)?;
+    let begun = Instant::now();
+    let mut film = Film::new(scene.width, scene.height);
+    let mut progress = Progress::new(&scene, settings.threads.get(), begun);
+    let mut meter = Meter::new(quiet, &scene, settings, begun);
+    let handle = start(scene, settings);
+    loop {
+        let event = handle.events().recv_timeout(PATIENCE);
+        let now = Instant::now();
+        if let Some(number) = signals.caught() {
+            meter.end();
+            return Err(Unfinished::Signal { number, percent: progress.percent() });
+        }
+        match event {
+            Ok(event) => {
+                progress.update(&event, now);
+                match event {
+                    RenderEvent::TileFinished { tile, .. } => film.write(&tile),
+                    RenderEvent::TileStarted { .. } => {}
+                    RenderEvent::Finished => break,
+                    RenderEvent::Failed(error) => {
+                        meter.end();
+                        return Err(Unfinished::Failed(error));
+                    }
+                }
+            }
+            Err(nothing) if nothing.is_timeout() => {}
+            Err(_) => {
+                meter.end();
+                let message = "all threads ended before the picture was done".to_owned();
+                return Err(Unfinished::Failed(RenderError { worker: 0, message }));
+            }
+        }
+        meter.show(&progress, now);
+    }
+    meter.end();
+    Ok(Rendered { film, progress, time: begun.elapsed() })
+}

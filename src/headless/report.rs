@@ -1,0 +1,237 @@
+//! What a render was and took, for people and for programs.
+
+use super::meter::span;
+use super::{Rendered, memory};
+use crate::description::printable;
+use crate::render::Settings;
+use crate::scene::Scene;
+use serde::Serialize;
+use std::fmt;
+use std::path::Path;
+use std::time::Duration;
+
+/// Everything worth knowing about a finished render. As JSON (`--json`) its fields are the object's, times in
+/// seconds; [`fmt::Display`] is one line for people.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Of glimt.
+    pub version: &'static str,
+    /// The scene as it was named.
+    pub scene: String,
+    /// Where the picture went.
+    pub output: String,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Lighting model.
+    pub shading: &'static str,
+    /// What glass does to shadow rays.
+    pub shadows: &'static str,
+    /// Arithmetic.
+    pub numerics: &'static str,
+    /// Reflections and refractions along a path.
+    pub max_depth: u32,
+    /// Worker threads.
+    pub threads: usize,
+    /// Side of a tile, pixels.
+    pub tile_size: u32,
+    /// Wall time.
+    pub seconds: Seconds,
+    /// Rays traced.
+    pub rays: Rays,
+    /// Rays of all kinds over the seconds of tracing.
+    pub rays_per_second: f64,
+    /// What each worker did.
+    pub workers: Vec<Worker>,
+    /// Samples left out because they were not finite.
+    pub non_finite: u64,
+    /// The most memory that the process ever held; `null` where the system does not tell.
+    pub peak_memory_bytes: Option<u64>,
+    /// Hash (XXH3, 64 bits, hexadecimal) of size and linear pixels: equal for bit-identical pictures.
+    pub pixel_hash: String,
+    /// What the scene has.
+    pub contents: Contents,
+    /// What importing each model found.
+    pub imports: Vec<Import>,
+    /// Things that are probably not meant.
+    pub warnings: Vec<String>,
+}
+
+/// Wall time in seconds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Seconds {
+    /// Reading the scene file, models and pictures.
+    pub load: f64,
+    /// Building trees.
+    pub build: f64,
+    /// To the first whole picture, from the start of tracing.
+    pub first_picture: f64,
+    /// Tracing.
+    pub trace: f64,
+    /// Encoding and writing the picture.
+    pub save: f64,
+    /// From the start of the program to the end of saving.
+    pub total: f64,
+}
+
+/// Rays by kind.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Rays {
+    /// From the eye.
+    pub camera: u64,
+    /// To lights.
+    pub shadow: u64,
+    /// Mirrored.
+    pub reflection: u64,
+    /// Through glass.
+    pub refraction: u64,
+    /// All of them.
+    pub total: u64,
+}
+
+/// What one thread did.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Worker {
+    /// Seconds spent tracing.
+    pub busy_seconds: f64,
+    /// Tile passes finished.
+    pub tiles: u64,
+    /// Rays traced.
+    pub rays: u64,
+}
+
+/// What the scene has.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Contents {
+    /// `[[object]]` entries.
+    pub objects: usize,
+    /// Analytic shapes.
+    pub primitives: usize,
+    /// Triangles, each mesh once.
+    pub triangles: usize,
+    /// Triangles, every instance counted.
+    pub instanced_triangles: usize,
+    /// Lights.
+    pub lights: usize,
+    /// Materials.
+    pub materials: usize,
+    /// Pictures used as textures.
+    pub textures: usize,
+}
+
+/// What importing one model found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Import {
+    /// Path of the model.
+    pub file: String,
+    /// Triangles kept.
+    pub triangles: usize,
+    /// Triangles dropped because they have no area.
+    pub dropped_degenerate: usize,
+    /// What was computed, ignored or not found.
+    pub notes: Vec<String>,
+}
+
+impl Report {
+    /// `file`: where the scene came from; `output`: where the picture went.
+    pub fn new(
+        scene: &Scene,
+        rendered: &Rendered,
+        settings: Settings,
+        file: &Path,
+        output: &Path,
+        seconds: Seconds,
+    ) -> Self {
+        let (summary, progress, rays) = (&scene.summary, &rendered.progress, rendered.progress.rays);
+        let imports = summary.imports.iter().map(|(file, report)| Import {
+            file: file.to_string_lossy().into_owned(),
+            triangles: report.triangles,
+            dropped_degenerate: report.dropped_degenerate,
+            notes: report.notes.clone(),
+        });
+        let workers = progress.workers.iter().map(|worker| Worker {
+            busy_seconds: worker.busy.as_secs_f64(),
+            tiles: worker.tiles,
+            rays: worker.rays,
+        });
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: file.to_string_lossy().into_owned(),
+            output: output.to_string_lossy().into_owned(),
+            size: [scene.width, scene.height],
+            samples: scene.render.samples,
+            shading: scene.render.shading.name(),
+            shadows: scene.render.shadows.name(),
+            numerics: scene.render.numerics.name(),
+            max_depth: scene.render.max_depth,
+            threads: settings.threads.get(),
+            tile_size: settings.tile_size,
+            seconds,
+            rays: Rays {
+                camera: rays.camera,
+                shadow: rays.shadow,
+                reflection: rays.reflection,
+                refraction: rays.refraction,
+                total: rays.total(),
+            },
+            rays_per_second: rays.total() as f64 / seconds.trace.max(1e-9),
+            workers: workers.collect(),
+            non_finite: progress.non_finite,
+            peak_memory_bytes: memory::peak(),
+            pixel_hash: format!("{:016x}", rendered.film.hash()),
+            contents: Contents {
+                objects: summary.objects,
+                primitives: summary.primitives,
+                triangles: summary.triangles,
+                instanced_triangles: summary.instanced_triangles,
+                lights: summary.lights,
+                materials: summary.materials,
+                textures: summary.textures,
+            },
+            imports: imports.collect(),
+            warnings: summary.warnings.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size;
+        let plural = if self.samples == 1 { "" } else { "s" };
+        write!(
+            f,
+            "saved {}: {width}x{height}, {} sample{plural} a pixel, in {}; {} rays, {} a second",
+            printable(&self.output),
+            self.samples,
+            span(Duration::try_from_secs_f64(self.seconds.total).unwrap_or_default()),
+            many(self.rays.total as f64),
+            many(self.rays_per_second),
+        )
+    }
+}
+
+/// A large number in three figures: "950", "12.3 k", "4.56 M", "7.89 G".
+fn many(number: f64) -> String {
+    let (scaled, unit) = match number {
+        n if n < 999.5 => return format!("{n:.0}"),
+        n if n < 999.5e3 => (n / 1e3, "k"),
+        n if n < 999.5e6 => (n / 1e6, "M"),
+        n => (n / 1e9, "G"),
+    };
+    let digits = if scaled < 9.995 { 2 } else { usize::from(scaled < 99.95) };
+    format!("{scaled:.digits$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_numbers_have_three_figures() {
+        let shown = [0.0, 7.0, 999.4, 999.6, 1234.0, 99_949.0, 99_951.0, 999_499.0, 999_501.0, 2.5e9].map(many);
+        let expected =
+            ["0", "7", "999", "1.00 k", "1.23 k", "99.9 k", "100 k", "999 k", "1.00 M", "2.50 G"].map(String::from);
+        assert_eq!(shown, expected);
+    }
+}

@@ -1,0 +1,85 @@
+//! Primary rays.
+
+use crate::description::{CameraDesc, Projection};
+use crate::geometry::Ray;
+use glam::DVec3;
+
+/// Makes the primary ray of every point of the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    position: DVec3,
+    /// Unit, into the scene.
+    forward: DVec3,
+    /// From the middle of the picture to its right edge (at distance 1 for a perspective view).
+    right: DVec3,
+    /// From the middle of the picture to its upper edge.
+    up: DVec3,
+    perspective: bool,
+    /// Film size in pixels.
+    size: (f64, f64),
+}
+
+impl Camera {
+    /// `None` if the view direction is zero, parallel to `up` or not finite.
+    pub fn new(desc: &CameraDesc, width: u32, height: u32) -> Option<Self> {
+        let forward = (desc.look_at - desc.position).try_normalize()?;
+        let right = forward.cross(desc.up.try_normalize()?).try_normalize()?;
+        let up = right.cross(forward);
+        let (half_height, perspective) = match desc.projection {
+            Projection::Perspective { fov } => ((fov.to_radians() / 2.0).tan(), true),
+            Projection::Orthographic { view_height } => (view_height / 2.0, false),
+        };
+        let half_width = half_height * f64::from(width) / f64::from(height);
+        let (right, up) = (right * half_width, up * half_height);
+        let finite = desc.position.is_finite() && right.is_finite() && up.is_finite() && forward.is_finite();
+        let size = (f64::from(width), f64::from(height));
+        finite.then_some(Self { position: desc.position, forward, right, up, perspective, size })
+    }
+
+    /// The ray through the point (x, y) of the film, in pixels from its upper left corner: the centre of pixel (i, j) is
+    /// (i + 1/2, j + 1/2).
+    pub fn ray(&self, x: f64, y: f64) -> Ray {
+        let (width, height) = self.size;
+        let across = self.right * ((2.0 * x - width) / width) + self.up * ((height - 2.0 * y) / height);
+        if self.perspective {
+            Ray::new(self.position, (self.forward + across).normalize())
+        } else {
+            Ray::new(self.position + across, self.forward)
+        }
+    }
+
+    /// Whether all primary rays start in one point.
+    pub fn has_one_eye(&self) -> bool {
+        self.perspective
+    }
+
+    /// The eye, or the middle of an orthographic picture.
+    pub fn position(&self) -> DVec3 {
+        self.position
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_the_film_looks_at_the_target_and_right_is_right() {
+        let desc = CameraDesc { position: DVec3::new(0.0, 0.0, 5.0), look_at: DVec3::ZERO, ..CameraDesc::default() };
+        let camera = Camera::new(&desc, 7, 5).unwrap();
+        assert!(camera.ray(3.5, 2.5).direction.distance(DVec3::NEG_Z) < 1e-15);
+        assert!(camera.ray(6.5, 2.5).direction.x > 0.0);
+        assert!(camera.ray(3.5, 0.5).direction.y > 0.0);
+        // The upper edge is half the vertical field of view away.
+        let top = camera.ray(3.5, 0.0).direction;
+        assert!((top.angle_between(DVec3::NEG_Z) - 20f64.to_radians()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn views_without_a_direction_are_refused() {
+        let at = |position, up| Camera::new(&CameraDesc { position, up, ..CameraDesc::default() }, 4, 4);
+        assert!(at(DVec3::ZERO, DVec3::Y).is_none());
+        assert!(at(DVec3::Y, DVec3::Y).is_none());
+        assert!(at(DVec3::X * f64::INFINITY, DVec3::Y).is_none());
+    }
+}

@@ -1,0 +1,117 @@
+//! Which body a point lies in: nested media by a priority stack (Schmidt and Budge, "Simple Nested Dielectrics in Ray
+//! Traced Images", JGT 7(2) 2002).
+
+use super::{Scene, Shape};
+use crate::geometry::{Kernels, Ray, Robust};
+use glam::DVec3;
+
+/// Most bodies that a ray can be inside of at once; what is entered beyond is passed over.
+const CAPACITY: usize = 8;
+
+/// The transparent bodies that a ray is inside of. Copied with every ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MediumStack {
+    bodies: [Body; CAPACITY],
+    len: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Body {
+    object: u32,
+    material: u32,
+}
+
+impl MediumStack {
+    /// The stack after crossing the surface of `object`. A quad has no inside.
+    pub fn crossed(self, scene: &Scene, object: u32, material: u32, entering: bool) -> Self {
+        match scene.objects()[object as usize].shape {
+            Shape::Quad => self,
+            _ if entering => self.entered(object, material),
+            _ => self.left(object),
+        }
+    }
+
+    /// The stack after crossing the surface of `object` inward.
+    fn entered(mut self, object: u32, material: u32) -> Self {
+        // A body is entered once: a second entrance comes from an open or self-overlapping mesh.
+        if self.len < CAPACITY && !self.bodies[..self.len].iter().any(|b| b.object == object) {
+            self.bodies[self.len] = Body { object, material };
+            self.len += 1;
+        }
+        self
+    }
+
+    /// The stack after crossing the surface of `object` outward.
+    fn left(mut self, object: u32) -> Self {
+        if let Some(at) = self.bodies[..self.len].iter().position(|b| b.object == object) {
+            self.bodies.copy_within(at + 1..self.len, at);
+            self.len -= 1;
+        }
+        self
+    }
+
+    /// The object whose medium fills the place: of those that the ray is inside of the one with the highest priority, of
+    /// equals the smallest, of equals the last in the file. `None`: the world.
+    pub fn filling(&self, scene: &Scene) -> Option<u32> {
+        self.top(scene).map(|b| b.object)
+    }
+
+    /// Refractive index of the place.
+    pub fn ior(&self, scene: &Scene) -> f64 {
+        self.top(scene).map_or(scene.world.ior, |b| scene.materials[b.material as usize].ior)
+    }
+
+    fn top(&self, scene: &Scene) -> Option<&Body> {
+        self.bodies[..self.len].iter().max_by(|a, b| {
+            let priority = |x: &Body| scene.materials[x.material as usize].priority;
+            let volume = |x: &Body| scene.objects()[x.object as usize].volume;
+            (priority(a).cmp(&priority(b))).then(volume(b).total_cmp(&volume(a))).then(a.object.cmp(&b.object))
+        })
+    }
+}
+
+impl Scene {
+    /// The transparent bodies that hold `point`.
+    pub fn media_at(&self, point: DVec3) -> MediumStack {
+        let mut media = MediumStack::default();
+        for index in 0..self.objects().len() as u32 {
+            let material = self.material_of(index, 0);
+            if self.materials[material as usize].transmit > 0.0 && self.is_inside(index, point) {
+                media = media.entered(index, material);
+            }
+        }
+        media
+    }
+
+    /// Whether `point` is inside the body of an object. A quad has none; a plane's is the half-space below.
+    fn is_inside(&self, index: u32, point: DVec3) -> bool {
+        let object = &self.objects()[index as usize];
+        let p = object.map.inverse.transform_point3(point);
+        match &object.shape {
+            Shape::Ball { centre, radius } => point.distance(*centre) < *radius,
+            Shape::Ellipsoid => p.length() < 1.0,
+            Shape::Cuboid => p.abs().max_element() < 1.0,
+            Shape::Cylinder => p.y.abs() < 1.0 && p.x.hypot(p.z) < 1.0,
+            Shape::Cone => p.y > -1.0 && p.x.hypot(p.z) < (1.0 - p.y) / 2.0,
+            Shape::Plane => p.y < 0.0,
+            Shape::Quad => false,
+            Shape::Mesh(mesh) => mesh.encloses::<Robust>(p),
+        }
+    }
+}
+
+impl super::Mesh {
+    /// Whether a point of object space is inside: more surfaces of the mesh are left than entered on the way out. Surfaces
+    /// are counted by their side, so that a hit on a shared edge does not upset the count.
+    fn encloses<K: Kernels>(&self, point: DVec3) -> bool {
+        // An arbitrary direction without symmetry, so that no common mesh has an edge in its way.
+        let direction = DVec3::new(0.541_196_1, 0.640_293_7, 0.545_147_9);
+        let mut ray = Ray::new(point, direction);
+        let mut depth = 0i64;
+        while let Some((t, triangle, _, _)) = self.intersect::<K>(&ray) {
+            depth += if self.normal_of(triangle).dot(direction) > 0.0 { 1 } else { -1 };
+            ray.t_min = t;
+        }
+        depth > 0
+    }
+}

@@ -1,0 +1,158 @@
+//! Triangle meshes with their trees, in object space.
+
+use crate::assets::{ImportReport, Model};
+use crate::bvh::{Bvh, BvhStats};
+use crate::description::MaterialDesc;
+use crate::geometry::{Aabb, Kernels, Ray, SurfacePoint, sphere_surface};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::ops::ControlFlow;
+
+/// A mesh about its own centre: its object space is the file's, moved by -`centre`.
+#[derive(Debug)]
+pub struct Mesh {
+    /// Centre of the model's box in the space of the file.
+    pub centre: DVec3,
+    /// Materials of the file.
+    pub materials: Vec<MaterialDesc>,
+    /// What importing found.
+    pub report: ImportReport,
+    /// Enclosed volume, 0 or more.
+    pub volume: f64,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+    triangles: Vec<[u32; 3]>,
+    triangle_materials: Vec<u32>,
+    tree: Bvh,
+    /// Corners in leaf order.
+    corners: Vec<[Vec3; 3]>,
+}
+
+impl Mesh {
+    /// Builds the tree. A mesh that is inside out as a whole is turned: its signed volume tells.
+    pub fn new(model: Model) -> Self {
+        let Model { centre, positions, normals, uvs, mut triangles, triangle_materials, materials, report } = model;
+        let corners_of = |t: &[u32; 3]| t.map(|i| positions[i as usize]);
+        let signed_volume: f64 = triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = corners_of(t).map(|p| p.as_dvec3());
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum();
+        if signed_volume < 0.0 {
+            triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(corners_of(t))).collect();
+        let tree = Bvh::build(&boxes);
+        let corners = tree.order().iter().map(|&i| corners_of(&triangles[i as usize])).collect();
+        let volume = signed_volume.abs();
+        Self {
+            centre,
+            materials,
+            report,
+            volume,
+            positions,
+            normals,
+            uvs,
+            triangles,
+            triangle_materials,
+            tree,
+            corners,
+        }
+    }
+
+    /// How many triangles there are.
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Whether there is no triangle.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// Its box in object space.
+    pub fn bounds(&self) -> Aabb {
+        self.tree.bounds()
+    }
+
+    /// Describes the tree.
+    pub fn stats(&self) -> BvhStats {
+        self.tree.stats()
+    }
+
+    /// Index of a triangle's material among the file's.
+    pub fn material_of(&self, triangle: u32) -> u32 {
+        self.triangle_materials.get(triangle as usize).copied().unwrap_or(0)
+    }
+
+    /// The corners of a triangle, counter-clockwise from outside.
+    pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize].as_dvec3())
+    }
+
+    /// Outward normal of a triangle, not of unit length.
+    pub fn normal_of(&self, triangle: u32) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a)
+    }
+
+    /// The shading normals of a triangle's corners; `None` if it is flat.
+    pub fn shading_normals(&self, triangle: u32) -> Option<[DVec3; 3]> {
+        (!self.normals.is_empty())
+            .then(|| self.triangles[triangle as usize].map(|i| self.normals[i as usize].as_dvec3()))
+    }
+
+    /// The closest hit `(t, triangle, u, v)` of a ray of object space; of hits at the same t the smallest index.
+    pub fn intersect<K: Kernels>(&self, ray: &Ray) -> Option<(f64, u32, f64, f64)> {
+        let mut best: Option<(f64, u32, f64, f64)> = None;
+        self.visit::<K>(ray, |hit| {
+            if best.is_none_or(|b| (hit.0, hit.1) < (b.0, b.1)) {
+                best = Some(hit);
+            }
+            ControlFlow::Continue(hit.0)
+        });
+        best
+    }
+
+    /// Whether a ray of object space meets any triangle.
+    pub fn occluded<K: Kernels>(&self, ray: &Ray) -> bool {
+        self.visit::<K>(ray, |_| ControlFlow::Break(()))
+    }
+
+    /// Calls `on_hit` for triangles that the ray meets before its end, which is what `on_hit` last returned. Whether it
+    /// broke off.
+    #[inline(always)]
+    fn visit<K: Kernels>(
+        &self,
+        ray: &Ray,
+        mut on_hit: impl FnMut((f64, u32, f64, f64)) -> ControlFlow<(), f64>,
+    ) -> bool {
+        let prepared = K::triangle_ray(ray);
+        self.tree.traverse::<K::Slab>(ray, |range, mut t_max| {
+            for position in range {
+                if let Some((t, u, v)) = K::triangle(&prepared, &self.corners[position], t_max) {
+                    match on_hit((t, self.tree.order()[position], u, v)) {
+                        ControlFlow::Continue(end) => t_max = end,
+                        ControlFlow::Break(()) => return None,
+                    }
+                }
+            }
+            Some(t_max)
+        })
+    }
+
+    /// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.
+    pub fn surface(&self, triangle: u32, u: f64, v: f64) -> SurfacePoint {
+        let [a, b, c] = self.corners(triangle);
+        let point = a + (b - a) * u + (c - a) * v;
+        let uv = if self.uvs.is_empty() {
+            sphere_surface(point).uv
+        } else {
+            let [ta, tb, tc] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize].as_dvec2());
+            ta + (tb - ta) * u + (tc - ta) * v
+        };
+        SurfacePoint { point, normal: self.normal_of(triangle).normalize_or(DVec3::Y), uv: DVec2::new(uv.x, uv.y) }
+    }
+}

@@ -1,0 +1,113 @@
+//! Things in the scene, placed.
+
+use super::mesh::Mesh;
+use crate::description::ShapeDesc;
+use crate::geometry::Aabb;
+use crate::math::Affine;
+use glam::{DAffine3, DVec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// A shape with its place.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Form, in object space.
+    pub shape: Shape,
+    /// World from object.
+    pub map: Affine,
+    /// Index of the `[[object]]` that it comes from.
+    pub source: u32,
+    /// Volume in world space; infinite for planes, 0 for quads. Ranks overlapping media.
+    pub volume: f64,
+    /// Bounds the error of points on the surface: `error_scale * max(|point|, reach)`.
+    pub error_scale: f64,
+    /// Distance of the world's origin from the far side of the object (0 for planes).
+    pub reach: f64,
+}
+
+/// A form in its canonical object space (see `geometry`).
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A sphere that is round in world space, met there.
+    Ball {
+        /// World space.
+        centre: DVec3,
+        /// World space.
+        radius: f64,
+    },
+    /// A sphere that is stretched.
+    Ellipsoid,
+    /// [-1, 1]³
+    Cuboid,
+    /// Radius 1, y in [-1, 1]
+    Cylinder,
+    /// Base of radius 1 at y = -1, apex at y = 1
+    Cone,
+    /// y = 0
+    Plane,
+    /// y = 0, x and z in [-1, 1]
+    Quad,
+    /// Triangles
+    Mesh(Arc<Mesh>),
+}
+
+/// Offset of 64 half-ulps of the largest coordinate: numerics.md, section 2, "f64 re-projected P + 16 (also 64) ulp".
+const ERROR: f64 = 64.0 / 9_007_199_254_740_992.0;
+
+impl Object {
+    /// Places a shape. `size` scales the canonical shape to the described one.
+    pub(super) fn new(shape: Shape, world_from_shape: Affine, source: u32) -> Self {
+        let det = world_from_shape.forward.matrix3.determinant().abs();
+        let volume = det
+            * match &shape {
+                Shape::Ball { .. } | Shape::Ellipsoid => 4.0 / 3.0 * PI,
+                Shape::Cuboid => 8.0,
+                Shape::Cylinder => 2.0 * PI,
+                Shape::Cone => 2.0 / 3.0 * PI,
+                Shape::Plane => f64::INFINITY,
+                Shape::Quad => 0.0,
+                Shape::Mesh(mesh) => mesh.volume,
+            };
+        let mut object = Self {
+            shape,
+            map: world_from_shape,
+            source,
+            volume,
+            error_scale: ERROR * world_from_shape.condition,
+            reach: 0.0,
+        };
+        if let Some(bounds) = object.bounds() {
+            object.reach = bounds.lower.abs().max(bounds.upper.abs()).as_dvec3().length();
+        } else {
+            object.reach = object.map.forward.translation.length();
+        }
+        object
+    }
+
+    /// Its box in world space; `None` if it is infinite.
+    pub fn bounds(&self) -> Option<Aabb> {
+        let map: &DAffine3 = &self.map.forward;
+        Some(match &self.shape {
+            Shape::Ball { .. } | Shape::Ellipsoid => Aabb::of_ball(map),
+            Shape::Cuboid | Shape::Cylinder | Shape::Cone => Aabb::of_box(map, DVec3::NEG_ONE, DVec3::ONE),
+            Shape::Quad => Aabb::of_box(map, DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 0.0, 1.0)),
+            Shape::Mesh(mesh) if mesh.is_empty() => return None,
+            Shape::Mesh(mesh) => Aabb::of_box(map, mesh.bounds().lower.as_dvec3(), mesh.bounds().upper.as_dvec3()),
+            Shape::Plane => return None,
+        })
+    }
+}
+
+/// The map from a shape's canonical space to the space that its description speaks of.
+pub(super) fn canonical_scale(shape: &ShapeDesc) -> DVec3 {
+    match *shape {
+        ShapeDesc::Sphere { radius } => DVec3::splat(radius),
+        ShapeDesc::Cuboid { size } => size / 2.0,
+        ShapeDesc::Cylinder { radius, height } | ShapeDesc::Cone { radius, height } => {
+            DVec3::new(radius, height / 2.0, radius)
+        }
+        // Any thickness would do; one of the quad's own size keeps the map well conditioned at every scale.
+        ShapeDesc::Quad { size } => DVec3::new(size.x, size.max_element(), size.y) / 2.0,
+        ShapeDesc::Plane | ShapeDesc::Mesh { .. } | ShapeDesc::Spheres { .. } => DVec3::ONE,
+    }
+}

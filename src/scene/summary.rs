@@ -1,0 +1,35 @@
+//! What a scene has, for `check`, `--json` and the interface.
+
+use crate::assets::ImportReport;
+use crate::bvh::BvhStats;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Counts, reports and warnings of compiling a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    /// `[[object]]` entries.
+    pub objects: usize,
+    /// Analytic shapes that rays are tested against.
+    pub primitives: usize,
+    /// Triangles in all meshes, each mesh once.
+    pub triangles: usize,
+    /// Triangles with every instance counted.
+    pub instanced_triangles: usize,
+    /// Lights.
+    pub lights: usize,
+    /// Materials.
+    pub materials: usize,
+    /// Pictures.
+    pub textures: usize,
+    /// The tree over the objects.
+    pub tree: BvhStats,
+    /// Import reports of models, by path.
+    pub imports: Vec<(PathBuf, ImportReport)>,
+    /// Things that are probably not meant, one sentence each.
+    pub warnings: Vec<String>,
+    /// Time to read models and pictures (zero for what was shared with the previous scene).
+    pub load_time: Duration,
+    /// Time to build trees.
+    pub build_time: Duration,
+}

@@ -1,0 +1,288 @@
+//! The recursive function.
+
+use super::local::local_radiance;
+use crate::description::{Numerics, RenderDesc, Shading, Shadows};
+use crate::geometry::{Classic, Fast, Hit, Kernels, Ray, Reference, Robust, SurfaceInteraction, fresnel, reflect};
+use crate::math::Rgb;
+use crate::scene::{Illumination, Material, MediumStack, Scene};
+use glam::DVec3;
+use std::ops::AddAssign;
+
+/// Rays by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the eye.
+    pub camera: u64,
+    /// To lights.
+    pub shadow: u64,
+    /// Mirrored.
+    pub reflection: u64,
+    /// Through glass.
+    pub refraction: u64,
+}
+
+impl RayCounts {
+    /// All kinds together.
+    pub fn total(&self) -> u64 {
+        self.camera + self.shadow + self.reflection + self.refraction
+    }
+}
+
+impl AddAssign for RayCounts {
+    fn add_assign(&mut self, o: Self) {
+        self.camera += o.camera;
+        self.shadow += o.shadow;
+        self.reflection += o.reflection;
+        self.refraction += o.refraction;
+    }
+}
+
+/// What the camera sees through the point (x, y) of the film, in pixels from its upper left corner. Counts the rays that
+/// it takes. Not finite only where the arithmetic of `Classic` or `Fast` fails.
+pub type Sampler = fn(&Scene, f64, f64, &mut RayCounts) -> Rgb;
+
+/// The sampler for a scene's numerics and lighting model.
+pub fn sampler(render: &RenderDesc) -> Sampler {
+    match render.numerics {
+        Numerics::Classic => with_kernels::<Classic>(render.shading),
+        Numerics::Fast => with_kernels::<Fast>(render.shading),
+        Numerics::Robust => with_kernels::<Robust>(render.shading),
+        Numerics::Reference => with_kernels::<Reference>(render.shading),
+    }
+}
+
+fn with_kernels<K: Kernels>(shading: Shading) -> Sampler {
+    match shading {
+        Shading::Lambert => sample_local::<K, false>,
+        Shading::Phong => sample_local::<K, true>,
+        Shading::Whitted => sample_whitted::<K>,
+    }
+}
+
+/// Lambert and Phong: one ray, no others.
+fn sample_local<K: Kernels, const HIGHLIGHTS: bool>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
+    counts.camera += 1;
+    let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
+    let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
+    let interaction = scene.interaction::<K>(&ray, &hit);
+    let material = &scene.materials[interaction.material as usize];
+    let side = if interaction.entering { 1.0 } else { -1.0 };
+    local_radiance::<K, HIGHLIGHTS>(
+        scene,
+        material,
+        &interaction,
+        interaction.shading_normal * side,
+        -ray.direction,
+        |_| 1.0,
+    )
+}
+
+fn sample_whitted<K: Kernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
+    counts.camera += 1;
+    let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
+    let media = scene.media_at_start(ray.origin);
+    Whitted { scene, counts }.radiance::<K>(ray, media, Path { depth: 0, weight: 1.0 })
+}
+
+/// What lies between the eye and the start of a ray.
+#[derive(Clone, Copy)]
+struct Path {
+    /// Reflections and refractions.
+    depth: u32,
+    /// Product of their weights.
+    weight: f64,
+}
+
+/// Paths of less weight than this are not followed: what they bring is below the resolution of the film (Hall and
+/// Greenberg 1983 cut at a visible weight; this only keeps ray trees from growing without end).
+const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
+
+impl Path {
+    /// The path with one more reflection or refraction of this weight, if it is worth following.
+    fn after(self, weight: f64) -> Option<Path> {
+        let path = Path { depth: self.depth + 1, weight: self.weight * weight };
+        (path.weight >= NEGLIGIBLE).then_some(path)
+    }
+}
+
+struct Whitted<'a> {
+    scene: &'a Scene,
+    counts: &'a mut RayCounts,
+}
+
+/// What a ray meets at the surface of a transparent body.
+enum Crossing {
+    /// An opaque surface lies on it.
+    Opaque(Hit),
+    /// No change of medium; the bodies behind.
+    Nothing(MediumStack),
+    /// A change of medium; the bodies behind.
+    Surface(MediumStack),
+}
+
+/// How light goes on at a surface: weights and what each ray needs.
+struct Split {
+    /// The normal that both rays belong to: on the side of the viewer.
+    normal: DVec3,
+    /// Weight of the mirrored ray.
+    reflect: f64,
+    /// Weight and direction of the refracted ray.
+    transmit: Option<(f64, DVec3)>,
+}
+
+impl Whitted<'_> {
+    /// What a ray sees that starts inside of `media` at the end of `path`.
+    fn radiance<K: Kernels>(&mut self, mut ray: Ray, mut media: MediumStack, path: Path) -> Rgb {
+        let scene = self.scene;
+        loop {
+            let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
+            let interaction = scene.interaction::<K>(&ray, &hit);
+            let material = &scene.materials[interaction.material as usize];
+            if material.transmit == 0.0 {
+                return self.shade::<K>(&ray, &interaction, material, media, None, path);
+            }
+            // Rays that go on start up to this much behind the hit.
+            let slant = ray.direction.dot(interaction.geometric_normal).abs().max(1e-3);
+            let slack = 4.0 * interaction.point_error / slant;
+            match self.cross::<K>(&ray, &hit, &interaction, &media, slack) {
+                Crossing::Opaque(hit) => {
+                    let interaction = scene.interaction::<K>(&ray, &hit);
+                    let material = &scene.materials[interaction.material as usize];
+                    return self.shade::<K>(&ray, &interaction, material, media, None, path);
+                }
+                Crossing::Nothing(beyond) => {
+                    // On with the same ray: nothing is computed anew.
+                    ray.t_min = hit.t + slack;
+                    media = beyond;
+                }
+                Crossing::Surface(beyond) => {
+                    return self.shade::<K>(&ray, &interaction, material, media, Some(beyond), path);
+                }
+            }
+        }
+    }
+
+    /// What there is at a hit with a transparent body, when all surfaces that touch there are taken together.
+    fn cross<K: Kernels>(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        interaction: &SurfaceInteraction,
+        media: &MediumStack,
+        slack: f64,
+    ) -> Crossing {
+        let scene = self.scene;
+        let mut beyond = media.crossed(scene, hit.object, interaction.material, interaction.entering);
+        let mut opaque: Option<Hit> = None;
+        scene.coincident::<K>(ray, hit, slack, |other| {
+            let material = scene.material_of(other.object, other.primitive);
+            if scene.materials[material as usize].transmit > 0.0 {
+                let entering = scene.interaction::<K>(ray, &other).entering;
+                beyond = beyond.crossed(scene, other.object, material, entering);
+            } else if opaque.is_none_or(|o| other.beats(&o)) {
+                opaque = Some(other);
+            }
+        });
+        match opaque {
+            Some(hit) => Crossing::Opaque(hit),
+            // The surface of a body inside of one that outranks it is not there.
+            None if *media != beyond && media.filling(scene) == beyond.filling(scene) => Crossing::Nothing(beyond),
+            None => Crossing::Surface(beyond),
+        }
+    }
+
+    /// All five terms. `beyond`: the media behind the surface, if light gets there.
+    fn shade<K: Kernels>(
+        &mut self,
+        ray: &Ray,
+        interaction: &SurfaceInteraction,
+        material: &Material,
+        media: MediumStack,
+        beyond: Option<MediumStack>,
+        path: Path,
+    ) -> Rgb {
+        let scene = self.scene;
+        let side = if interaction.entering { 1.0 } else { -1.0 };
+        let normal = interaction.shading_normal * side;
+        let facet = interaction.geometric_normal * side;
+        let mut sum = local_radiance::<K, true>(scene, material, interaction, normal, -ray.direction, |light| {
+            self.visible_part::<K>(interaction, light)
+        });
+        if path.depth >= scene.render.max_depth || (material.reflect == 0.0 && material.transmit == 0.0) {
+            return sum;
+        }
+        let eta = beyond.map(|b| media.ior(scene) / b.ior(scene));
+        let split = split::<K>(material, ray, normal, facet, eta, interaction.entering);
+        if let Some(path) = path.after(split.reflect) {
+            self.counts.reflection += 1;
+            let mirrored = interaction.spawn_ray::<K>(reflect(ray.direction, split.normal, facet));
+            sum += self.radiance::<K>(mirrored, media, path) * split.reflect;
+        }
+        if let (Some((weight, direction)), Some(beyond)) = (split.transmit, beyond)
+            && let Some(path) = path.after(weight)
+        {
+            self.counts.refraction += 1;
+            let refracted = interaction.spawn_ray::<K>(direction);
+            sum += self.radiance::<K>(refracted, beyond, path) * weight;
+        }
+        sum
+    }
+
+    /// Which part of a light in front of the surface arrives.
+    fn visible_part<K: Kernels>(&mut self, interaction: &SurfaceInteraction, light: &Illumination) -> f64 {
+        let ray = match light.position {
+            Some(position) => interaction.shadow_ray_to::<K>(position),
+            None => Some(interaction.shadow_ray_along::<K>(light.direction)),
+        };
+        let Some(ray) = ray else { return 0.0 };
+        self.counts.shadow += 1;
+        if self.scene.render.shadows == Shadows::Filtered && self.scene.has_media() {
+            self.scene.transmittance::<K>(&ray)
+        } else if self.scene.occluded::<K>(&ray) {
+            0.0
+        } else {
+            1.0
+        }
+    }
+}
+
+/// Divides k_r and k_t between the mirrored and the refracted ray. `eta`: index before the surface over the one behind it.
+fn split<K: Kernels>(
+    material: &Material,
+    ray: &Ray,
+    normal: DVec3,
+    facet: DVec3,
+    eta: Option<f64>,
+    entering: bool,
+) -> Split {
+    // Toward its silhouette a smooth surface may seem to face away.
+    let normal = if ray.direction.dot(normal) < 0.0 { normal } else { facet };
+    let Some(eta) = eta else {
+        // Opaque: a mirror, or a varnish whose reflection follows Fresnel.
+        let weight = if material.fresnel { fresnel_of(ray, normal, 1.0 / material.ior) } else { 1.0 };
+        return Split { normal, reflect: material.reflect * weight, transmit: None };
+    };
+    let total = Split { normal, reflect: material.reflect + material.transmit, transmit: None };
+    // A smooth normal may bend the ray to the wrong side of the facet; the facet's own normal does not.
+    let bent = K::refract(ray.direction, normal, eta, entering).map(|direction| {
+        if direction.dot(facet) < 0.0 || normal == facet {
+            Some((direction, normal))
+        } else {
+            K::refract(ray.direction, facet, eta, entering).map(|direction| (direction, facet))
+        }
+    });
+    let Some(Some((direction, normal))) = bent else { return total };
+    if !material.fresnel {
+        return Split { normal, reflect: material.reflect, transmit: Some((material.transmit, direction)) };
+    }
+    let reflectance = fresnel(-ray.direction.dot(normal), -direction.dot(normal), eta);
+    let energy = material.reflect + material.transmit;
+    Split { normal, reflect: energy * reflectance, transmit: Some((energy * (1.0 - reflectance), direction)) }
+}
+
+/// Fresnel's reflectance for a ray that meets an opaque surface.
+fn fresnel_of(ray: &Ray, normal: DVec3, eta: f64) -> f64 {
+    let cos_in = -ray.direction.dot(normal);
+    let cos2_out = 1.0 - eta * eta * (1.0 - cos_in * cos_in);
+    if cos2_out < 0.0 { 1.0 } else { fresnel(cos_in, cos2_out.sqrt(), eta) }
+}

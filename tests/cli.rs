@@ -1,0 +1,396 @@
+//! The real program without a terminal: flags, exit codes, files and the JSON object.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+/// An empty directory that the program runs in, removed at the end of the test.
+struct Place(PathBuf);
+
+/// A scene with everything in it that is quick: 96 x 64 pixels, 2 samples.
+const SCENE: &str = r##"
+[film]
+width = 96
+height = 64
+[camera]
+position = [0, 1.5, 5]
+look_at = [0, 0.4, 0]
+[world]
+background = { top = "skyblue", bottom = "white" }
+[render]
+samples = 2
+[[light]]
+position = [3, 5, 4]
+[[material]]
+name = "glass"
+diffuse = 0.1
+reflect = 0.1
+transmit = 0.8
+ior = 1.3
+[[material]]
+name = "floor"
+texture = { checker = ["white", "navy"], size = 0.8 }
+[[object]]
+shape = "sphere"
+radius = 0.5
+translate = [-0.6, 0.5, 0]
+material = "glass"
+[[object]]
+shape = "cuboid"
+translate = [0.7, 0.5, -0.5]
+[[object]]
+shape = "plane"
+material = "floor"
+"##;
+
+/// A pyramid, in the usual faces of four and three corners.
+const MODEL: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 2 0\n\
+                     f 1 2 3 4\nf 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5\n";
+
+impl Place {
+    fn new(test: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("glimt-cli-{test}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        fs::write(path.join("room.toml"), SCENE).unwrap();
+        Self(path)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_glimt"));
+        command.args(arguments).current_dir(&self.0).stdin(Stdio::null()).env_remove("NO_COLOR");
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Runs, demands success and returns the JSON object, which must be all that stands on stdout.
+    fn json(&self, arguments: &[&str]) -> Value {
+        let output = self.run(&[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// Names of all files, except those that the test began with.
+    fn new_files(&self) -> Vec<String> {
+        let mut names: Vec<_> =
+            fs::read_dir(&self.0).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+        names.retain(|name| !name.ends_with(".toml") && !name.ends_with(".obj"));
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn picture(file: &Path) -> image::RgbImage {
+    image::open(file).unwrap().into_rgb8()
+}
+
+#[test]
+fn a_picture_is_written_beside_the_working_directory_and_nothing_else() {
+    let place = Place::new("default");
+    let output = place.run(&["render", "room.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stdout(&output).is_empty());
+    assert!(stderr(&output).contains("saved room.png: 96x64, 2 samples a pixel"), "{}", stderr(&output));
+    assert_eq!(place.new_files(), ["room.png"]);
+    let picture = picture(&place.file("room.png"));
+    assert_eq!(picture.dimensions(), (96, 64));
+    // Sky above, a floor of two colours below.
+    let colors = |y: u32| picture.rows().nth(y as usize).unwrap().collect::<std::collections::HashSet<_>>().len();
+    assert!(colors(63) > 2, "the floor has {} colours", colors(63));
+    assert!(picture.get_pixel(0, 0).0[2] > picture.get_pixel(0, 0).0[0], "the sky is blue");
+}
+
+#[test]
+fn without_a_terminal_the_bare_program_renders_and_says_so() {
+    let place = Place::new("bare");
+    let output = place.run(&["room.toml", "--size", "16x9", "-o", "small.png"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).starts_with("no terminal to draw on"), "{}", stderr(&output));
+    assert!(stdout(&output).is_empty());
+    assert_eq!(picture(&place.file("small.png")).dimensions(), (16, 9));
+}
+
+#[test]
+fn the_demo_scene_is_inside_the_program() {
+    let place = Place::new("demo");
+    let report = place.json(&["--size", "32x18", "--samples", "1", "--quiet"]);
+    assert_eq!(report["output"], "demo.png");
+    assert_eq!(report["contents"]["textures"], 2);
+    assert_eq!(report["warnings"], Value::Array(Vec::new()));
+    assert_eq!(picture(&place.file("demo.png")).dimensions(), (32, 18));
+    let checked = place.run(&["check"]);
+    assert_eq!(checked.status.code(), Some(0), "{}", stderr(&checked));
+}
+
+#[test]
+fn every_flag_shows_in_the_report_and_most_in_the_picture() {
+    let place = Place::new("flags");
+    let plain = place.json(&["render", "room.toml"]);
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    for (flag, value, field, changes_picture) in [
+        ("--size", "48x64", "size", true),
+        ("--threads", "3", "threads", false),
+        ("--samples", "3", "samples", true),
+        ("--max-depth", "0", "max_depth", true),
+        ("--shading", "phong", "shading", true),
+        ("--shading", "lambert", "shading", true),
+        ("--shadows", "filtered", "shadows", true),
+        ("--tile-size", "8", "tile_size", false),
+    ] {
+        let report = place.json(&["render", "room.toml", flag, value]);
+        match &report[field] {
+            Value::String(name) => assert_eq!(name, value),
+            Value::Array(size) => assert_eq!(format!("{}x{}", size[0], size[1]), value),
+            number => assert_eq!(number.to_string(), value),
+        }
+        let changed = text(&report["pixel_hash"]) != text(&plain["pixel_hash"]);
+        assert_eq!(changed, changes_picture, "{flag} {value}");
+    }
+    for numerics in ["classic", "fast", "robust", "reference"] {
+        assert_eq!(place.json(&["render", "room.toml", "--numerics", numerics])["numerics"], numerics);
+    }
+}
+
+#[test]
+fn the_report_is_complete_and_adds_up() {
+    let place = Place::new("report");
+    let report = place.json(&["render", "room.toml", "-o", "a.png", "--threads", "2"]);
+    assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!((&report["scene"], &report["output"]), (&"room.toml".into(), &"a.png".into()));
+    assert_eq!(report["size"], serde_json::json!([96, 64]));
+    let rays = |kind: &str| report["rays"][kind].as_u64().unwrap();
+    assert_eq!(rays("camera"), 96 * 64 * 2);
+    assert!(["shadow", "reflection", "refraction"].iter().all(|kind| rays(kind) > 0));
+    let sum: u64 = ["camera", "shadow", "reflection", "refraction"].iter().map(|kind| rays(kind)).sum();
+    assert_eq!(rays("total"), sum);
+    assert!(report["rays_per_second"].as_f64().unwrap() > 0.0);
+
+    let seconds = |part: &str| report["seconds"][part].as_f64().unwrap();
+    let parts = ["load", "build", "trace", "save"].map(seconds);
+    assert!(parts.iter().all(|part| *part >= 0.0));
+    assert!(parts.iter().sum::<f64>() <= seconds("total") + 1e-6, "{parts:?} of {}", seconds("total"));
+    assert!(seconds("first_picture") > 0.0 && seconds("first_picture") <= seconds("trace"));
+
+    let workers = report["workers"].as_array().unwrap();
+    assert_eq!(workers.len(), 2);
+    assert_eq!(workers.iter().map(|w| w["rays"].as_u64().unwrap()).sum::<u64>(), sum);
+    assert!(workers.iter().map(|w| w["tiles"].as_u64().unwrap()).sum::<u64>() >= 6);
+    assert!(workers.iter().map(|w| w["busy_seconds"].as_f64().unwrap()).sum::<f64>() > 0.0);
+
+    assert_eq!(report["non_finite"], 0);
+    match report["peak_memory_bytes"].as_u64() {
+        Some(bytes) => assert!(bytes > 1 << 20),
+        None => assert!(!cfg!(target_os = "linux")),
+    }
+    let hash = report["pixel_hash"].as_str().unwrap();
+    assert!(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok(), "{hash}");
+    assert_eq!((&report["contents"]["objects"], &report["contents"]["lights"]), (&3.into(), &1.into()));
+    assert!(report["imports"].as_array().unwrap().is_empty());
+    assert!(report["warnings"].is_array());
+}
+
+#[test]
+fn every_size_and_more_threads_than_tiles_give_a_whole_picture() {
+    let place = Place::new("sizes");
+    for size in ["1x1", "1x7", "7x1", "33x9"] {
+        let one = place.json(&["render", "room.toml", "--size", size, "-o", "one.png", "--threads", "1"]);
+        let many = place.json(&["render", "room.toml", "--size", size, "-o", "many.png", "--threads", "40"]);
+        assert_eq!(one["pixel_hash"], many["pixel_hash"], "{size}");
+        assert_eq!(many["workers"].as_array().unwrap().len(), 40);
+        assert_eq!(fs::read(place.file("one.png")).unwrap(), fs::read(place.file("many.png")).unwrap());
+        let (width, height) = picture(&place.file("one.png")).dimensions();
+        assert_eq!(format!("{width}x{height}"), size);
+    }
+}
+
+#[test]
+fn quiet_says_nothing_and_json_is_all_there_is_on_stdout() {
+    let place = Place::new("quiet");
+    let output = place.run(&["render", "room.toml", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stdout.is_empty() && output.stderr.is_empty(), "{}", stderr(&output));
+    let output = place.run(&["room.toml", "--json"]);
+    assert_eq!(stdout(&output).lines().count(), 1);
+    assert!(stdout(&output).starts_with('{') && stdout(&output).ends_with("}\n"));
+    assert!(stderr(&output).contains("saved room.png"));
+}
+
+#[test]
+fn a_model_is_rendered_with_a_camera_lights_and_a_floor() {
+    let place = Place::new("model");
+    fs::write(place.file("pyramid.OBJ"), MODEL).unwrap();
+    let report = place.json(&["render", "pyramid.OBJ", "--size", "60x80", "--samples", "1", "-o", "p.png"]);
+    assert_eq!((&report["contents"]["triangles"], &report["contents"]["lights"]), (&6.into(), &2.into()));
+    assert_eq!(report["imports"][0]["file"], "pyramid.OBJ");
+    assert_eq!(report["imports"][0]["triangles"], 6);
+    let picture = picture(&place.file("p.png"));
+    assert_eq!(picture.dimensions(), (60, 80));
+    // The model stands in the middle, before floor and sky that the edges show.
+    assert_ne!(picture.get_pixel(30, 40), picture.get_pixel(0, 40));
+    let checked = place.run(&["check", "pyramid.OBJ"]);
+    assert!(stdout(&checked).contains("6 triangles"), "{}", stdout(&checked));
+
+    fs::write(place.file("broken.obj"), "v 1 2 3\nf 1 2 3\n").unwrap();
+    let output = place.run(&["render", "broken.obj"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).starts_with("error: broken.obj"), "{}", stderr(&output));
+}
+
+#[test]
+fn check_lists_what_a_scene_has_and_writes_nothing() {
+    let place = Place::new("check");
+    let output = place.run(&["check", "room.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    for part in ["room.toml", "96x64, 2 samples", "whitted", "objects     3", "lights      1", "materials", "trees in"]
+    {
+        assert!(text.contains(part), "{part} is missing in\n{text}");
+    }
+    assert!(place.new_files().is_empty());
+}
+
+#[test]
+fn a_bad_scene_is_told_with_its_place_and_leaves_nothing() {
+    let place = Place::new("bad");
+    fs::write(place.file("bad.toml"), SCENE.replace("radius = 0.5", "radios = 0.5")).unwrap();
+    for command in [&["check", "bad.toml"][..], &["render", "bad.toml"], &["bad.toml", "--json"]] {
+        let output = place.run(command);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stdout(&output).is_empty());
+        let text = stderr(&output);
+        assert!(text.contains("bad.toml:") && text.contains("radios") && text.contains("radius"), "{text}");
+        assert!(!text.contains('\x1b'), "no escape sequences where there is no terminal");
+    }
+    let colored = place.run(&["check", "bad.toml", "--color", "always"]);
+    assert!(stderr(&colored).contains('\x1b'));
+    assert!(place.new_files().is_empty());
+}
+
+#[test]
+fn what_cannot_be_asked_is_refused_with_code_2_before_anything_is_rendered() {
+    let place = Place::new("refused");
+    fs::create_dir(place.file("folder.toml")).unwrap();
+    fs::write(place.file("binary.toml"), [b'[', 0xff, 0xfe]).unwrap();
+    for (command, hint) in [
+        (&["render", "missing.toml"][..], "no such file"),
+        (&["render", "folder.toml"], "directory"),
+        (&["render", "binary.toml"], "not UTF-8"),
+        (&["render", "missing.obj"], "missing.obj"),
+        (&["render", "room.toml", "-o", "."], "file name"),
+        (&["render", "room.toml", "-o", "/"], "file name"),
+        (&["render", "room.toml", "-o", "../"], "file name"),
+        (&["render", "room.toml", "-o", "no/such/place.png"], "make it first"),
+        (&["render", "room.toml", "-o", "picture.jpg"], ".png"),
+        (&["render", "room.toml", "-o", "room.toml"], ".png"),
+        (&["render", "room.toml", "--sise", "1x1"], "--size"),
+        (&["render", "room.toml", "--size", "0x1"], "from 1"),
+        (&["render", "room.toml", "--shading", "gouraud"], "whitted"),
+        (&["room.toml", "room.toml"], "one scene"),
+        (&["--threads"], "--threads"),
+    ] {
+        let output = place.run(command);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(hint), "{command:?}: {}", stderr(&output));
+        assert!(!stderr(&output).contains("panicked"), "{command:?}: {}", stderr(&output));
+        assert!(stdout(&output).is_empty());
+    }
+    assert_eq!(fs::read_to_string(place.file("room.toml")).unwrap(), SCENE);
+    assert!(place.new_files().is_empty(), "{:?}", place.new_files());
+}
+
+#[test]
+fn names_of_files_cannot_send_escape_sequences() {
+    let place = Place::new("escape");
+    for command in [&["render", "\x1b[31mred.toml"][..], &["\x1b]0;x\x07.obj"], &["--\x1b[31m"], &["check", "\x1bc"]] {
+        let output = place.run(command);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(!stderr(&output).contains(['\x1b', '\x07']), "{:?}", stderr(&output));
+    }
+}
+
+#[test]
+fn help_and_version_are_answers_on_stdout() {
+    let place = Place::new("help");
+    for command in [&["--help"][..], &["render", "--help"], &["check", "--help"], &["--version"]] {
+        let output = place.run(command);
+        assert_eq!(output.status.code(), Some(0));
+        assert!(!output.stdout.is_empty() && output.stderr.is_empty());
+    }
+}
+
+#[cfg(unix)]
+mod unix {
+    use super::*;
+    use std::io::{BufRead, BufReader};
+    use std::os::unix::process::ExitStatusExt;
+
+    #[test]
+    fn a_signal_stops_it_with_nothing_written() {
+        for (signal, code) in [("INT", 130), ("TERM", 143)] {
+            let place = Place::new(&format!("signal-{signal}"));
+            // Hours of work.
+            let arguments = ["render", "room.toml", "--size", "2000x2000", "--samples", "4096"];
+            let mut child = place.command(&arguments).stderr(Stdio::piped()).spawn().unwrap();
+            let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+            assert!(lines.next().unwrap().unwrap().starts_with("rendering "));
+            let killed = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status().unwrap();
+            assert!(killed.success());
+            let status = child.wait().unwrap();
+            assert_eq!((status.code(), status.signal()), (Some(code), None));
+            let last = lines.last().unwrap().unwrap();
+            assert!(last.contains(&format!("stopped by SIG{signal}")), "{last}");
+            assert!(place.new_files().is_empty(), "{:?}", place.new_files());
+        }
+    }
+
+    #[test]
+    fn a_reader_that_goes_away_is_no_panic() {
+        let place = Place::new("pipe");
+        for arguments in ["check room.toml", "render room.toml --size 8x8 --json", "--help"] {
+            let program = env!("CARGO_BIN_EXE_glimt");
+            let script = format!("(sleep 0.2; exec '{program}' {arguments}) 2>errors.txt | true");
+            let status = Command::new("sh").args(["-c", &script]).current_dir(&place.0).status().unwrap();
+            assert!(status.success());
+            let errors = fs::read_to_string(place.file("errors.txt")).unwrap();
+            assert!(!errors.contains("panic") && !errors.contains("error"), "{errors}");
+        }
+        // Nor is a stderr that is closed.
+        let script = format!("'{}' render room.toml --size 8x8 2>&-", env!("CARGO_BIN_EXE_glimt"));
+        assert!(Command::new("sh").args(["-c", &script]).current_dir(&place.0).status().unwrap().success());
+    }
+
+    #[test]
+    fn a_device_is_written_to_and_a_link_is_followed() {
+        let place = Place::new("device");
+        let output = place.run(&["render", "room.toml", "-o", "/dev/null", "--quiet"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        std::os::unix::fs::symlink("target.png", place.file("link.png")).unwrap();
+        fs::write(place.file("target.png"), "old").unwrap();
+        assert_eq!(place.run(&["render", "room.toml", "-o", "link.png"]).status.code(), Some(0));
+        assert_eq!(picture(&place.file("target.png")).dimensions(), (96, 64));
+        assert!(fs::symlink_metadata(place.file("link.png")).unwrap().is_symlink());
+    }
+}
