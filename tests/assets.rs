@@ -466,6 +466,22 @@ fn without_normals_edges_are_smooth_up_to_the_crease_angle() {
 }
 
 #[test]
+fn the_tip_of_a_fine_cone_has_one_normal() {
+    // Angles of 4e-5 at the tip: too small for a cosine in f32.
+    let n = 100_000;
+    let mut obj = "v 0 0 1\n".to_owned();
+    for i in 0..n {
+        let a = i as f64 * std::f64::consts::TAU / n as f64;
+        writeln!(obj, "v {} {} 0", a.cos(), a.sin()).expect("string");
+    }
+    (0..n).for_each(|i| writeln!(obj, "f 1 {} {}", i + 2, (i + 1) % n + 2).expect("string"));
+    let model = good(obj);
+    assert_eq!(model.positions.len(), n + 1);
+    let tip = corners(&model).find(|(p, _)| p.z == 1.0).expect("tip").1.expect("smooth");
+    assert!((tip - Vec3::Z).length() < 1e-3, "{tip}");
+}
+
+#[test]
 fn an_edge_is_sharp_by_its_own_angle() {
     // A roof of two slopes 80 degrees apart beside a row of gentle strips: one sharp edge, many smooth ones.
     let mut obj = String::new();
@@ -834,6 +850,7 @@ fn mutated_models_load_or_are_refused() {
         match load_obj(&path, [0.0, 30.0, 180.0][round % 3]) {
             Ok(model) => {
                 validate(&model);
+                assert!(!has_note(&model, "cannot be read as"), "{:?}", model.report.notes);
                 loaded += 1;
             }
             Err(error) => {

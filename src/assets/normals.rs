@@ -109,7 +109,7 @@ impl Shape {
                 let (a, b) = (to - here, from - here);
                 let cosine = a.dot(b) / (a.length_squared() * b.length_squared()).sqrt();
                 // All corners in one place span nothing.
-                if cosine.is_finite() { (cosine as f32).clamp(-1.0, 1.0).acos() } else { 0.0 }
+                if cosine.is_finite() { cosine.clamp(-1.0, 1.0).acos() as f32 } else { 0.0 }
             }));
             start += face.corners;
         }

@@ -162,7 +162,6 @@ fn assign_materials(
             }
         }
     }
-    missing.dedup();
     if !missing.is_empty() {
         notes.push(format!("material library not found: {}", listed(&missing)));
     }
