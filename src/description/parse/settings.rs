@@ -63,7 +63,7 @@ fn camera<'a>(report: &mut Report<'a>, section: Section<'a>) -> CameraDesc {
         None => PROJECTIONS.first(),
         Some(projection) => projection.one_of(report, &PROJECTIONS, |kind| kind.name),
     };
-    let section = section.as_kind(&PROJECTIONS, kind);
+    let section = section.with_kind(&PROJECTIONS, kind);
     section.check_keys(report, CAMERA_KEYS);
     let before = report.count();
     let position = section.read("position", |v| v.vec3(report, Interval::PLACE)).unwrap_or(default.position);
@@ -161,7 +161,7 @@ pub(super) fn light<'a>(report: &mut Report<'a>, section: Section<'a>) -> Option
         None => LIGHT_KINDS.first(),
         Some(kind) => kind.one_of(report, &LIGHT_KINDS, |kind| kind.name),
     };
-    let section = section.as_kind(&LIGHT_KINDS, kind);
+    let section = section.with_kind(&LIGHT_KINDS, kind);
     section.check_keys(report, LIGHT_KEYS);
     let name = section.read("name", |v| v.text(report)).unwrap_or_default().to_owned();
     let color = section.read("color", |v| v.color(report)).unwrap_or(default.color);
