@@ -64,7 +64,8 @@ fn random_ray(rng: &mut SplitMix64, size: f64, corners: &[DVec3]) -> Ray {
     };
     let mut direction = (target - origin).normalize_or(DVec3::X);
     if kind == 7 {
-        direction = [DVec3::X, DVec3::NEG_Y, DVec3::Z, v(0.6, 0.8, 0.0), v(0.0, -0.6, 0.8)][(rng.next_u64() % 5) as usize];
+        direction =
+            [DVec3::X, DVec3::NEG_Y, DVec3::Z, v(0.6, 0.8, 0.0), v(0.0, -0.6, 0.8)][(rng.next_u64() % 5) as usize];
     }
     let mut ray = Ray::new(origin, direction);
     if kind == 5 {
@@ -154,7 +155,8 @@ fn check<K: Kernels>(scene: &Arc<Scene>, rays: usize, seed: u64, corners: &[DVec
 
 #[test]
 fn the_tree_over_objects_finds_what_brute_force_finds() {
-    for (n, rays) in [(0, 1000), (1, 100_000), (2, 100_000), (3, 100_000), (10, 150_000), (60, 100_000), (300, 40_000)] {
+    for (n, rays) in [(0, 1000), (1, 100_000), (2, 100_000), (3, 100_000), (10, 150_000), (60, 100_000), (300, 40_000)]
+    {
         let d = crowd(n, 40 + n as u64, None);
         let scene = compile(&d);
         let corners: Vec<DVec3> = d.objects.iter().map(|o| o.translate).collect();
@@ -235,7 +237,8 @@ fn surfaces_lie_on_the_ray_and_normals_and_sides_agree_with_the_naive_tracer() {
     for _ in 0..50_000 {
         let origin = unit(&mut rng) * 3.0;
         let ray = Ray::new(origin, (unit(&mut rng) * rng.unit() - origin).normalize());
-        let (Some(hit), Some(want)) = (scene.intersect::<Robust>(&ray), twin.nearest(ray.origin, ray.direction, 0.0)) else {
+        let (Some(hit), Some(want)) = (scene.intersect::<Robust>(&ray), twin.nearest(ray.origin, ray.direction, 0.0))
+        else {
             continue;
         };
         // Far from outlines and edges, where the naive tracer has the digits.

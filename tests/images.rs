@@ -64,8 +64,22 @@ fn palette(rng: &mut SplitMix64) -> Vec<MaterialDesc> {
             ..bare("chequered", Rgb::WHITE)
         },
         MaterialDesc { diffuse: 0.1, specular: 0.6, reflect: 0.7, ..bare("mirror", colors(rng)) },
-        MaterialDesc { diffuse: 0.1, specular: 0.4, reflect: 0.1, transmit: 0.8, ior: 1.3, ..bare("glass", colors(rng)) },
-        MaterialDesc { specular: 0.3, reflect: 0.2, ior: 1.5, fresnel: true, transmit: 0.75, ..bare("fresnel", colors(rng)) },
+        MaterialDesc {
+            diffuse: 0.1,
+            specular: 0.4,
+            reflect: 0.1,
+            transmit: 0.8,
+            ior: 1.3,
+            ..bare("glass", colors(rng))
+        },
+        MaterialDesc {
+            specular: 0.3,
+            reflect: 0.2,
+            ior: 1.5,
+            fresnel: true,
+            transmit: 0.75,
+            ..bare("fresnel", colors(rng))
+        },
         MaterialDesc { diffuse: 0.4, reflect: 0.9, ior: 1.6, fresnel: true, ..bare("lacquer", colors(rng)) },
         MaterialDesc { diffuse: 0.2, transmit: 0.6, ..bare("pane", colors(rng)) },
     ];
@@ -168,7 +182,8 @@ fn media(objects: Vec<ObjectDesc>) -> SceneDesc {
     let mut d = desc(96, 72, perspective(v(0.4, 1.0, 4.2), v(0.0, 0.0, 0.0), DVec3::Y, 42.0));
     d.world.background = SKY;
     d.render.max_depth = 10;
-    let glass = |name: &str, ior, priority| MaterialDesc { priority, reflect: 0.05, transmit: 0.95, ..clear(name, ior) };
+    let glass =
+        |name: &str, ior, priority| MaterialDesc { priority, reflect: 0.05, transmit: 0.95, ..clear(name, ior) };
     d.materials = vec![
         glass("glass", 1.5, 0),
         glass("water", 1.33, 0),

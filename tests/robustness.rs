@@ -18,11 +18,24 @@ fn mixed(k: f64, offset: DVec3) -> SceneDesc {
     d.world.background = SKY;
     d.render.max_depth = 6;
     d.materials = vec![
-        MaterialDesc { ambient: 0.1, diffuse: 0.7, specular: 0.3, shininess: 12.5, ..bare("plain", Rgb::new(0.8, 0.5, 0.2)) },
+        MaterialDesc {
+            ambient: 0.1,
+            diffuse: 0.7,
+            specular: 0.3,
+            shininess: 12.5,
+            ..bare("plain", Rgb::new(0.8, 0.5, 0.2))
+        },
         MaterialDesc { texture: checker(WHITE, Rgb::new(0.1, 0.2, 0.4), 0.2), ambient: 0.1, ..matte("checker", WHITE) },
         mirror("mirror", Rgb::grey(0.04), 0.8),
         fresnel("fresnel", 1.5),
-        MaterialDesc { specular: 0.5, diffuse: 0.1, reflect: 0.1, transmit: 0.8, ior: 1.3, ..bare("glass", Rgb::new(0.5, 0.1, 0.7)) },
+        MaterialDesc {
+            specular: 0.5,
+            diffuse: 0.1,
+            reflect: 0.1,
+            transmit: 0.8,
+            ior: 1.3,
+            ..bare("glass", Rgb::new(0.5, 0.1, 0.7))
+        },
     ];
     d.objects = vec![
         cuboid(p(0.0, -1.0, 0.0), v(20.0, 1.0, 20.0) * k, "checker"),
@@ -36,10 +49,8 @@ fn mixed(k: f64, offset: DVec3) -> SceneDesc {
             ..at(p(0.0, 1.5, -0.5), object(ShapeDesc::Quad { size: DVec2::new(1.0, 0.5) * k }, "plain"))
         },
     ];
-    d.lights = vec![
-        point_light(p(4.0, 6.0, 3.0), WHITE, 0.7, Falloff::None),
-        sun(v(0.2, 1.0, 0.4), Rgb::grey(0.9), 0.3),
-    ];
+    d.lights =
+        vec![point_light(p(4.0, 6.0, 3.0), WHITE, 0.7, Falloff::None), sun(v(0.2, 1.0, 0.4), Rgb::grey(0.9), 0.3)];
     d
 }
 
@@ -62,11 +73,7 @@ fn convex_bodies_of_any_size_show_no_acne() {
                 let offset = v(1.0, -2.0, 0.5) * if exponent % 2 == 0 { size * 100.0 } else { 0.0 };
                 let toward = v(0.4, 0.6, 0.7).normalize();
                 let fov = 2.0 * (1.3 / eye).atan().to_degrees();
-                let mut d = desc(
-                    48,
-                    48,
-                    perspective(offset + toward * (eye * size), offset, DVec3::Y, fov),
-                );
+                let mut d = desc(48, 48, perspective(offset + toward * (eye * size), offset, DVec3::Y, fov));
                 d.materials = vec![matte("matte", WHITE)];
                 d.objects.push(ObjectDesc {
                     scale: DVec3::splat(size),
@@ -142,17 +149,15 @@ fn a_huge_ball_is_as_good_a_floor_as_a_plane() {
     for radius in [1e4, 1e5, 1e6, 1e7] {
         let mut d = desc(80, 60, perspective(v(0.0, 1.0, 3.0), v(0.0, 0.0, 0.0), DVec3::Y, 40.0));
         d.materials = vec![matte("floor", WHITE), flat("ball", Rgb::new(0.2, 0.2, 0.9))];
-        d.objects = vec![
-            sphere(v(0.0, -radius, 0.0), radius, "floor"),
-            sphere(v(0.0, 0.25, 0.0), 0.25, "ball"),
-        ];
+        d.objects = vec![sphere(v(0.0, -radius, 0.0), radius, "floor"), sphere(v(0.0, 0.25, 0.0), 0.25, "ball")];
         d.lights = vec![point_light(v(1.0, 2.0, 1.0), WHITE, 1.0, Falloff::None)];
         let ball = render(&d);
         d.objects[0] = object(ShapeDesc::Plane, "floor");
         let plane = render(&d);
         // 30 units away it has sunk by 30² / 2 R.
         let sunk = 900.0 / (2.0 * radius);
-        let difference = ball.pixels().iter().zip(plane.pixels()).filter(|(a, b)| (a[0] - b[0]).abs() > 2.0 * sunk as f32 + 1e-5);
+        let difference =
+            ball.pixels().iter().zip(plane.pixels()).filter(|(a, b)| (a[0] - b[0]).abs() > 2.0 * sunk as f32 + 1e-5);
         let apart = difference.count();
         assert!(apart <= if radius < 1e6 { 60 } else { 6 }, "radius {radius}: {apart} pixels differ");
     }
@@ -174,12 +179,13 @@ fn a_cylinder_seen_along_its_axis_is_its_cap_and_nothing_else() {
     });
     for tilt in [1e-5, 1e-7, 1e-9, 1e-12] {
         d.camera.position = v(tilt * 9.0, 9.0, 0.0);
-        let excluded = assert_image("cylinder-near-axis", &render(&d), Tolerance { absolute: 1e-6, ..EXACT }, |x, y| {
-            let (o, dir) = pixel_ray(&d, x, y);
-            let p = meet_plane(o, dir, v(0.0, 1.5, 0.0), DVec3::Y);
-            let rho = p.x.hypot(p.z);
-            ((rho - 1.0).abs() > 4.0 * tilt + 1e-12).then_some([if rho < 1.0 { 1.0 } else { 0.0 }; 3])
-        });
+        let excluded =
+            assert_image("cylinder-near-axis", &render(&d), Tolerance { absolute: 1e-6, ..EXACT }, |x, y| {
+                let (o, dir) = pixel_ray(&d, x, y);
+                let p = meet_plane(o, dir, v(0.0, 1.5, 0.0), DVec3::Y);
+                let rho = p.x.hypot(p.z);
+                ((rho - 1.0).abs() > 4.0 * tilt + 1e-12).then_some([if rho < 1.0 { 1.0 } else { 0.0 }; 3])
+            });
         assert!(excluded <= 4);
     }
 }
@@ -188,8 +194,11 @@ fn a_cylinder_seen_along_its_axis_is_its_cap_and_nothing_else() {
 fn from_inside_a_closed_body_every_ray_meets_its_wall() {
     // Rows 7, 10, 13 and 19: rims, edges, corners and apices, looked at exactly, from inside, near and far. No sky may
     // show through. Rays are aimed by 1 x 1 pictures; the wall is white, the sky red.
-    let (cube, octahedron) = (model_file("inside-cube", &cube_obj()), model_file("inside-octahedron", &octahedron_obj()));
-    let rim = |y: f64, r: f64| (0..24).map(move |i| v(r * (TAU * f64::from(i) / 24.0).cos(), y, r * (TAU * f64::from(i) / 24.0).sin()));
+    let (cube, octahedron) =
+        (model_file("inside-cube", &cube_obj()), model_file("inside-octahedron", &octahedron_obj()));
+    let rim = |y: f64, r: f64| {
+        (0..24).map(move |i| v(r * (TAU * f64::from(i) / 24.0).cos(), y, r * (TAU * f64::from(i) / 24.0).sin()))
+    };
     let corners: Vec<DVec3> = (0..8)
         .map(|i| v(f64::from(i & 1) * 2.0 - 1.0, f64::from(i >> 1 & 1) * 2.0 - 1.0, f64::from(i >> 2 & 1) * 2.0 - 1.0))
         .collect();
@@ -210,7 +219,10 @@ fn from_inside_a_closed_body_every_ray_meets_its_wall() {
         (object(ShapeDesc::Cuboid { size: DVec3::splat(2.0) }, "wall"), edges.clone()),
         (mesh(&cube, "wall"), edges),
         (mesh(&octahedron, "wall"), between),
-        (object(ShapeDesc::Cylinder { radius: 1.0, height: 2.0 }, "wall"), rim(1.0, 1.0).chain(rim(-1.0, 1.0)).collect()),
+        (
+            object(ShapeDesc::Cylinder { radius: 1.0, height: 2.0 }, "wall"),
+            rim(1.0, 1.0).chain(rim(-1.0, 1.0)).collect(),
+        ),
         (object(ShapeDesc::Cone { radius: 1.0, height: 2.0 }, "wall"), rim(-1.0, 1.0).chain([DVec3::Y]).collect()),
     ];
     let eyes = [DVec3::ZERO, v(0.1, -0.35, 0.2), v(-0.05, -0.6, 0.01), v(0.25, -0.5, -0.125)];
@@ -434,11 +446,8 @@ fn a_bubble_is_the_same_as_overlapping_bodies_and_as_nested_surfaces() {
     for eye in [v(0.3, 0.8, 6.0), v(0.3, 0.2, 1.3), v(0.05, 0.02, 0.1), v(0.01, 0.75, 0.0)] {
         let water = cuboid(DVec3::ZERO, v(4.0, 3.0, 4.0), "water");
         let plain = [water.clone(), sphere(DVec3::ZERO, 1.0, "glass"), sphere(v(0.1, 0.0, 0.0), 0.5, "air")];
-        let ranked = [
-            sphere(v(0.1, 0.0, 0.0), 0.5, "strong air"),
-            water.clone(),
-            sphere(DVec3::ZERO, 1.0, "middle glass"),
-        ];
+        let ranked =
+            [sphere(v(0.1, 0.0, 0.0), 0.5, "strong air"), water.clone(), sphere(DVec3::ZERO, 1.0, "middle glass")];
         let a = scene(plain.to_vec(), eye);
         let b = scene(ranked.to_vec(), eye);
         assert_within_one_code("bubble", &b, &a, 0);
@@ -507,10 +516,7 @@ fn textures_have_no_seam_and_no_hole_at_poles() {
     for toward in [DVec3::NEG_Z, DVec3::Y, DVec3::NEG_Y] {
         let up = if toward.y == 0.0 { DVec3::Y } else { DVec3::Z };
         let mut d = desc(101, 101, orthographic(toward * 5.0, DVec3::ZERO, up, 2.2));
-        d.materials = vec![MaterialDesc {
-            texture: checker(WHITE, Rgb::BLACK, 0.125),
-            ..flat("checker", WHITE)
-        }];
+        d.materials = vec![MaterialDesc { texture: checker(WHITE, Rgb::BLACK, 0.125), ..flat("checker", WHITE) }];
         d.objects = vec![sphere(DVec3::ZERO, 1.0, "checker")];
         let excluded = assert_image("poles-and-seam", &render(&d), EXACT, |x, y| {
             let (o, dir) = pixel_ray(&d, x, y);
