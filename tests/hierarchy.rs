@@ -81,7 +81,7 @@ fn bumpy(n: usize) -> (String, Vec<DVec3>) {
     let (mut text, mut points) = (String::new(), Vec::new());
     for i in 0..=n {
         for j in 0..n {
-            let (t, p) = (3.0 * i as f64 / n as f64 + 0.07, 6.283185307 * j as f64 / n as f64);
+            let (t, p) = (3.0 * i as f64 / n as f64 + 0.07, std::f64::consts::TAU * j as f64 / n as f64);
             let r = 0.8 + 0.2 * (5.0 * t).sin() * (3.0 * p).cos();
             let q = v(r * t.sin() * p.sin(), r * t.cos(), r * t.sin() * p.cos());
             text += &format!("v {} {} {}\n", q.x, q.y, q.z);

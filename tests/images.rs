@@ -222,6 +222,12 @@ fn nested_bodies_refract_as_the_bodies_that_contain_each_point_say() {
             sphere(v(1.2, 0.3, 0.1), 0.5, "air"),
         ],
         vec![sphere(v(-0.4, 0.0, 0.0), 0.9, "glass"), sphere(v(0.5, 0.1, 0.0), 0.7, "strong water")],
+        // An onion of eight shells.
+        (0..8)
+            .map(|i| {
+                sphere(v(0.02 * f64::from(i), 0.0, 0.0), 1.2 - 0.14 * f64::from(i), ["glass", "water"][i as usize % 2])
+            })
+            .collect(),
     ];
     for (i, objects) in scenes.into_iter().enumerate() {
         // Seen from outside; and from inside the first body.
@@ -229,6 +235,9 @@ fn nested_bodies_refract_as_the_bodies_that_contain_each_point_say() {
             let mut d = media(objects.clone());
             d.camera.position = eye;
             d.camera.look_at = v(0.3, 0.0, 0.0);
+            if d.objects.len() > 6 {
+                d.film = FilmDesc { width: 32, height: 24 }; // Every shell doubles the paths.
+            }
             compare(&format!("media-{i}"), &d, &Models::new(), 12);
         }
     }

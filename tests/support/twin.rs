@@ -3,7 +3,7 @@
 //! description, and stands for what the description means.
 
 use super::{camera_ray, plus, scale};
-use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3};
 use glimt::description::*;
 use glimt::math::Rgb;
 use std::collections::HashMap;
@@ -232,7 +232,7 @@ impl Twin {
         let mut all = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
             let (oo, od) = (body.object.transform_point3(o), body.object.transform_vector3(d));
-            let normals = DMat3::from(body.object.matrix3).transpose();
+            let normals = body.object.matrix3.transpose();
             for (t, n, uv) in crossings(&body.form, oo, od) {
                 if t > t_min {
                     all.push(TwinHit { t, body: index, normal: (normals * n).normalize(), uv });
