@@ -287,14 +287,10 @@ impl State<'_> {
     /// `vn`. Exporters write nan for the normal of a degenerate face; 0 0 0 makes it computed.
     fn normal(&mut self, line: &Line) -> Result<(), AssetError> {
         let is_useless = |word: &[u8]| {
-            parse_number(word).is_some_and(|v| !v.is_finite())
-                || word.windows(2).any(|w| w == b".#")
-                || word.eq_ignore_ascii_case(b"-nan(ind)")
+            check_number(word).is_err() && (parse_number(word).is_some() || word.windows(2).any(|w| w == b".#"))
         };
-        if Words(line.rest).take(3).any(|w| check_number(w).is_err() && is_useless(w)) {
-            return self.numbers(&Line { rest: b"0 0 0", ..*line }, 2, 3, 3).map(drop);
-        }
-        self.numbers(line, 2, 3, 3).map(drop)
+        let rest = if Words(line.rest).take(3).any(is_useless) { b"0 0 0" } else { line.rest };
+        self.numbers(&Line { rest, ..*line }, 2, 3, 3).map(drop)
     }
 
     fn face(&mut self, line: &Line) -> Result<(), AssetError> {
