@@ -18,7 +18,9 @@ const UNANSWERED: Duration = Duration::from_millis(50);
 /// Limits of a chunk, bytes.
 const SMALLEST: usize = 1 << 10;
 const LARGEST: usize = 4 << 20;
-/// The first chunk, and every chunk to a terminal that does not answer.
+/// The first chunk: small, so that its answer shows the round trip.
+const FIRST: usize = SMALLEST;
+/// Chunks to a terminal that does not answer.
 const BLIND: usize = 8 << 10;
 /// How fast the size of chunks may grow.
 const GROWTH: usize = 4;
@@ -45,7 +47,7 @@ struct Question {
 
 impl Default for Pacer {
     fn default() -> Self {
-        Self { allowance: BLIND, round_trip: None, open: None, next_column: 1, gave_up: false, answers: false }
+        Self { allowance: FIRST, round_trip: None, open: None, next_column: 1, gave_up: false, answers: false }
     }
 }
 
@@ -75,7 +77,7 @@ impl Pacer {
     pub fn send(&mut self, bytes: usize, width: u16, now: Instant) -> u16 {
         if self.open.is_some() {
             self.gave_up = true;
-            self.allowance = self.allowance.min(BLIND);
+            self.allowance = if self.answers { self.allowance.min(BLIND) } else { BLIND };
         }
         let column = self.next_column.min(width).max(1);
         self.next_column = self.next_column % 8 + 1;

@@ -36,10 +36,11 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         Line::styled(app.name().to_string(), mode.style(Role::Strong)),
         Line::styled(
             format!(
-                "{}×{}  {}  depth {}",
+                "{}×{}  {}  {} samples  depth {}",
                 app.film().width(),
                 app.film().height(),
                 shading_text(render.shading),
+                render.samples,
                 render.max_depth
             ),
             mode.style(Role::Dim),
