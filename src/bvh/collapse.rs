@@ -71,15 +71,12 @@ fn plan(binary: &[BinaryNode], block_size: usize) -> Vec<Plan> {
         // The best division of 2..=8 places.
         // Costs that are not finite (boxes of the size of f32's range) leave the default, one place for the left half.
         let mut divided = [(f32::INFINITY, 1u8); 9];
-        for places in 2..=8usize {
-            for l in 1..places {
-                let r = places - l;
-                if l > 7 || r > 7 {
-                    continue;
-                }
-                let cost = left.cost[l - 1] + right.cost[r - 1];
-                if cost < divided[places].0 {
-                    divided[places] = (cost, l as u8);
+        for (places, best) in divided.iter_mut().enumerate().skip(2) {
+            // Neither half may have more than seven places.
+            for l in places.saturating_sub(7).max(1)..=(places - 1).min(7) {
+                let cost = left.cost[l - 1] + right.cost[places - l - 1];
+                if cost < best.0 {
+                    *best = (cost, l as u8);
                 }
             }
         }
@@ -91,8 +88,7 @@ fn plan(binary: &[BinaryNode], block_size: usize) -> Vec<Plan> {
             plan.cost[0] = area * blocks as f32;
             plan.choice[0] = Choice::Leaf;
         }
-        for places in 2..=7 {
-            let (cost, left_places) = divided[places];
+        for (places, &(cost, left_places)) in divided.iter().enumerate().take(8).skip(2) {
             if cost < plan.cost[places - 2] {
                 plan.cost[places - 1] = cost;
                 plan.choice[places - 1] = Choice::Split { left: left_places };
