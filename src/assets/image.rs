@@ -1,7 +1,9 @@
 //! Pictures for textures.
 
 use super::{AssetError, guard};
-use image::{ImageError, ImageReader, Limits};
+use crate::description::builtin;
+use image::{DynamicImage, ImageError, ImageReader, Limits};
+use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
 /// A picture: 8-bit sRGB codes, row 0 on top.
@@ -25,16 +27,13 @@ const MAX_ALLOC: u64 = 1 << 30;
 /// is refused before memory is taken for it.
 pub fn load_image(file: &Path) -> Result<Image, AssetError> {
     let refuse = |reason: String| AssetError::new(file, None, reason);
-    super::check_file(file, MAX_ALLOC)?;
-    let decoded = guard(|| {
-        let mut reader = ImageReader::open(file)?.with_guessed_format()?;
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(MAX_SIDE);
-        limits.max_image_height = Some(MAX_SIDE);
-        limits.max_alloc = Some(MAX_ALLOC);
-        reader.limits(limits);
-        reader.decode()
-    });
+    let decoded = match builtin(file) {
+        Some(content) => guard(|| decode(ImageReader::new(Cursor::new(content)))),
+        None => {
+            super::check_file(file, MAX_ALLOC)?;
+            guard(|| decode(ImageReader::open(file)?))
+        }
+    };
     let picture = match decoded {
         Some(Ok(picture)) => picture.into_rgb8(),
         Some(Err(error)) => return Err(refuse(explain(error))),
@@ -46,6 +45,16 @@ pub fn load_image(file: &Path) -> Result<Image, AssetError> {
     }
     let texels = picture.into_raw().as_chunks().0.to_vec();
     Ok(Image { width, height, texels })
+}
+
+fn decode(reader: ImageReader<impl BufRead + Seek>) -> Result<DynamicImage, ImageError> {
+    let mut reader = reader.with_guessed_format()?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_ALLOC);
+    reader.limits(limits);
+    reader.decode()
 }
 
 fn explain(error: ImageError) -> String {

@@ -4,7 +4,7 @@ use super::intern::Interner;
 use super::normals::corner_normals;
 use super::obj_clean::Face;
 use super::triangulate::{MAX_CONCAVE, Outcome, Triangulator, is_degenerate};
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// What polygon corners refer to.
 #[derive(Clone, Copy)]
@@ -68,7 +68,10 @@ impl Polygons {
         let mut result = Triangles::default();
         // Triangles of indices into `self.indices`, because corners have normals and vertices do not yet exist.
         let of_corners = self.cut(&mut result)?;
-        let normals = corner_normals(self, crease).filter(|n| !self.is_flat(&of_corners, &n.of_corners));
+        let mut normals = corner_normals(self, crease).filter(|n| !self.is_flat(&of_corners, &n.of_corners));
+        if let Some(normals) = &mut normals {
+            self.complete(&of_corners, &mut normals.of_corners);
+        }
         result.computed_normals = normals.as_ref().is_some_and(|n| n.computed);
         let normal_at = |index: u32| normals.as_ref().map_or(Vec3::ZERO, |n| n.of_corners[index as usize]);
 
@@ -154,6 +157,21 @@ impl Polygons {
             start += face.corners;
         }
         Ok(kept)
+    }
+
+    /// Sets the normals that are still missing (polygons can have triangles and yet no normal) to a triangle's.
+    fn complete(&self, triangles: &[[u32; 3]], normals: &mut [Vec3]) {
+        for &triangle in triangles {
+            if triangle.iter().any(|&i| normals[i as usize] == Vec3::ZERO) {
+                let [a, b, c] = triangle.map(|i| self.position(i as usize).as_dvec3());
+                let geometric = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3();
+                for i in triangle.map(|i| i as usize) {
+                    if normals[i] == Vec3::ZERO {
+                        normals[i] = geometric;
+                    }
+                }
+            }
+        }
     }
 
     /// Whether every normal is, to the precision that files are written in, that of its triangle.

@@ -137,7 +137,8 @@ impl Triangulator {
             self.queue.extend([after, before]);
         }
         triangles.push([self.previous[any as usize], any, self.next[any as usize]]);
-        outcome
+        // Signed, the triangles cover each point as often as the polygon winds around it.
+        if self.turn(any) < 0.0 { Outcome::SelfCrossing } else { outcome }
     }
 
     /// Clipped corners are their own neighbours.

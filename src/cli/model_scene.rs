@@ -1,7 +1,7 @@
 //! A scene around a model: a camera that frames it, two lights and a floor.
 
 use crate::description::{
-    Background, CameraDesc, Falloff, FilmDesc, LightDesc, LightKind, MaterialDesc, ObjectDesc, Projection, RenderDesc,
+    Background, CameraDesc, FilmDesc, LightDesc, LightKind, MaterialDesc, ObjectDesc, Projection, RenderDesc,
     SceneDesc, ShapeDesc, WorldDesc, limits, parse_color,
 };
 use crate::math::Rgb;
@@ -14,7 +14,7 @@ const FOV: f64 = 32.0;
 /// From the model to the eye: from the front, a little from the right and from above.
 const TO_EYE: DVec3 = DVec3::new(0.45, 0.32, 1.0);
 /// Share of the picture's width or height that the model's box may fill.
-const FILL: f64 = 0.82;
+const FILL: f64 = 0.92;
 
 /// A scene that shows the model in `file`, framed for `film`, and the model compiled, so that it need not be read again.
 /// Errors are those of reading the model.
@@ -41,9 +41,9 @@ fn around(model: ObjectDesc, bare: bool, lower: DVec3, upper: DVec3, film: FilmD
     let (centre, radius) = ((lower + upper) / 2.0, (upper - lower).length() / 2.0);
     let clay = MaterialDesc { color: color("#d9c7b0"), ambient: 0.2, specular: 0.15, ..named("clay") };
     let floor = MaterialDesc { color: color("#c9ccd1"), ambient: 0.25, specular: 0.0, reflect: 0.06, ..named("floor") };
-    let light = |name: &str, place: DVec3, tint: &str, intensity| LightDesc {
+    let light = |name: &str, from: DVec3, tint: &str, intensity| LightDesc {
         name: name.into(),
-        kind: LightKind::Point { position: centre + radius * place, falloff: Falloff::None },
+        kind: LightKind::Directional { direction: -from },
         color: color(tint),
         intensity,
     };

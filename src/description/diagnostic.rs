@@ -34,11 +34,11 @@ const EXCERPT: usize = 100;
 const LEAD: usize = 40;
 
 impl Diagnostic {
-    /// A mistake at the bytes `span` of `text`, the content of `file`; any span will do, it is moved to the nearest
+    /// A mistake at the bytes `span` of `text`, the content of `file`; any span will do, it is moved to whole
     /// characters and cut at the end of its first line.
     pub(super) fn new(file: &Path, text: &str, span: Range<usize>, message: &str, label: &str) -> Self {
-        let start = text.floor_char_boundary(span.start);
-        let end = text.ceil_char_boundary(span.end).max(start);
+        let start = char_boundary(text, span.start);
+        let end = char_boundary(text, span.end).max(start);
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
         let line = text[line_start..line_end].trim_end_matches('\r');
@@ -97,6 +97,11 @@ impl fmt::Display for Diagnostic {
 }
 
 impl std::error::Error for Diagnostic {}
+
+/// The nearest beginning of a character at or before the byte `at`.
+pub(super) fn char_boundary(text: &str, at: usize) -> usize {
+    (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0)
+}
 
 /// What is shown of `line`, and where the bytes `span` of the line are in it.
 fn cut(line: &str, span: Range<usize>) -> (String, Range<usize>) {

@@ -50,6 +50,8 @@ const NOTE_INTERVAL: f64 = 0.25;
 const NOTE_SHARE: f64 = 1.0 / 16.0;
 /// How much of the time left every range is widened on both sides: no machine keeps its pace better than that.
 const MARGIN: f64 = 0.05;
+/// How far from the newest forecast older ones may pull the range: the machine was busy then with something else.
+const FACTOR: f64 = 2.0;
 
 impl Forecast {
     /// Takes in what a visit to a tile has cost.
@@ -95,9 +97,14 @@ impl Forecast {
             return None;
         }
         let elapsed = elapsed.as_secs_f64();
-        let now = elapsed + self.left(elapsed);
-        let (low, high) = self.notes.iter().fold((now, now), |(l, h), n| (l.min(n.total), h.max(n.total)));
-        let duration = |seconds: f64| Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX);
-        Some(Eta { low: duration((low - elapsed) * (1.0 - MARGIN)), high: duration((high - elapsed) * (1.0 + MARGIN)) })
+        let left = self.left(elapsed);
+        let (low, high) = self
+            .notes
+            .iter()
+            .map(|note| note.total - elapsed)
+            .fold((left, left), |(low, high), l| (low.min(l), high.max(l)));
+        let (low, high) = (low.max(left / FACTOR), high.min(left * FACTOR));
+        let duration = |seconds: f64| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+        Some(Eta { low: duration(low * (1.0 - MARGIN)), high: duration(high * (1.0 + MARGIN)) })
     }
 }

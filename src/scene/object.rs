@@ -106,7 +106,8 @@ pub(super) fn canonical_scale(shape: &ShapeDesc) -> DVec3 {
         ShapeDesc::Cylinder { radius, height } | ShapeDesc::Cone { radius, height } => {
             DVec3::new(radius, height / 2.0, radius)
         }
-        ShapeDesc::Quad { size } => DVec3::new(size.x / 2.0, 1.0, size.y / 2.0),
+        // Any thickness would do; one of the quad's own size keeps the map well conditioned at every scale.
+        ShapeDesc::Quad { size } => DVec3::new(size.x, size.max_element(), size.y) / 2.0,
         ShapeDesc::Plane | ShapeDesc::Mesh { .. } | ShapeDesc::Spheres { .. } => DVec3::ONE,
     }
 }

@@ -1,4 +1,31 @@
 //! The terminal interface: a scene rendered live, with keys.
+//!
+//! ```text
+//! workers, keys, signals --Event--> App::update --Effect--> render, save, stop
+//!                                       |
+//!                             view --Frame--> mailbox --> writer thread --chunks--> terminal
+//! ```
+//!
+//! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it; [`command`] is the one
+//! table of keys. [`writer`] sends what differs, at the pace that [`pacer`] learns from the terminal's answers.
+//! [`terminal`] holds the modes, `session` ties all together.
+
+pub mod app;
+pub mod camera;
+pub mod color;
+pub mod command;
+mod encode;
+mod format;
+pub mod key;
+pub mod layout;
+mod listen;
+mod pacer;
+mod panel;
+pub mod preview;
+mod session;
+mod terminal;
+pub mod view;
+pub mod writer;
 
 use crate::description::SceneDesc;
 use crate::scene::CompileError;
@@ -88,6 +115,6 @@ impl std::error::Error for Error {}
 ///
 /// Finished renders are saved to `options.output`. Needs a terminal on stdin and stdout; without one the caller
 /// renders headless.
-pub fn run(_options: Options) -> Result<Outcome, Error> {
-    todo!()
+pub fn run(options: Options) -> Result<Outcome, Error> {
+    session::run(options)
 }

@@ -73,7 +73,7 @@ fn texture<'a>(report: &mut Report<'a>, files: &mut Files<'a>, value: Value<'a>)
         (None, Some(_)) => Some(checker),
         _ => None,
     };
-    let section = section.as_kind(&TEXTURE_KINDS, kind);
+    let section = section.with_kind(&TEXTURE_KINDS, kind);
     section.check_keys(report, TEXTURE_KEYS);
     let scale = section.read("scale", |v| {
         let scale = if v.is_number() { v.number(report, UV).map(DVec2::splat) } else { v.vec2(report, UV) }?;

@@ -45,7 +45,7 @@ pub fn parse(text: &str, file: &Path) -> Result<SceneDesc, Vec<Diagnostic>> {
     let (root, errors) = DeTable::parse_recoverable(text);
     let root = root.into_inner();
     // Mistakes quote the names of materials, so these live longer than the report.
-    let materials: Vec<_>;
+    let mut materials = Vec::new();
     let mut report = Report::new(text, file);
     let mut files = Files::beside(file);
 
@@ -55,7 +55,7 @@ pub fn parse(text: &str, file: &Path) -> Result<SceneDesc, Vec<Diagnostic>> {
     }
     let mut scene = settings::settings(&mut report, &root);
     scene.lights = tables(&root, LIGHT).filter_map(|section| settings::light(&mut report, section)).collect();
-    materials = tables(&root, MATERIAL).map(|section| material::material(&mut report, &mut files, &section)).collect();
+    materials.extend(tables(&root, MATERIAL).map(|section| material::material(&mut report, &mut files, &section)));
     let mut reader = ObjectReader::new(&materials);
     scene.objects =
         tables(&root, OBJECT).filter_map(|section| reader.object(&mut report, &mut files, section)).collect();

@@ -52,7 +52,7 @@ impl<'a> ObjectReader<'a> {
         let kind = section
             .require(report, "shape", "write shape = \"sphere\", or cuboid, cylinder, cone, plane, quad, mesh, spheres")
             .and_then(|v| v.one_of(report, &SHAPES, |shape| shape.name));
-        let section = section.as_kind(&SHAPES, kind);
+        let section = section.with_kind(&SHAPES, kind);
         section.check_keys(report, KEYS);
         let name = section.read("name", |v| v.text(report)).unwrap_or_default().to_owned();
         let material = section.read("material", |v| self.material(report, v));

@@ -34,8 +34,8 @@ impl<'a> Section<'a> {
         Some(Self { title, span: toml.span(), table, kinds: &[], kind: None })
     }
 
-    /// The same as one of `kinds`; `None` if it is not known which.
-    pub fn as_kind(self, kinds: &'static [Kind], kind: Option<&'static Kind>) -> Self {
+    /// The same, being a `kind` of `kinds`; `None` if it is not known which.
+    pub fn with_kind(self, kinds: &'static [Kind], kind: Option<&'static Kind>) -> Self {
         Self { kinds, kind, ..self }
     }
 

@@ -63,7 +63,7 @@ fn camera<'a>(report: &mut Report<'a>, section: Section<'a>) -> CameraDesc {
         None => PROJECTIONS.first(),
         Some(projection) => projection.one_of(report, &PROJECTIONS, |kind| kind.name),
     };
-    let section = section.as_kind(&PROJECTIONS, kind);
+    let section = section.with_kind(&PROJECTIONS, kind);
     section.check_keys(report, CAMERA_KEYS);
     let before = report.count();
     let position = section.read("position", |v| v.vec3(report, Interval::PLACE)).unwrap_or(default.position);
@@ -135,25 +135,15 @@ fn background<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Backgroun
     Some(Background::Gradient { top: top?, bottom: bottom? })
 }
 
-const SHADINGS: &[(&str, Shading)] =
-    &[("lambert", Shading::Lambert), ("phong", Shading::Phong), ("whitted", Shading::Whitted)];
-const SHADOWS: &[(&str, Shadows)] = &[("opaque", Shadows::Opaque), ("filtered", Shadows::Filtered)];
-const NUMERICS: &[(&str, Numerics)] = &[
-    ("classic", Numerics::Classic),
-    ("fast", Numerics::Fast),
-    ("robust", Numerics::Robust),
-    ("reference", Numerics::Reference),
-];
-
 fn render<'a>(report: &mut Report<'a>, section: &Section<'a>) -> RenderDesc {
     section.check_keys(report, &["shading", "max_depth", "samples", "shadows", "numerics"]);
     let default = RenderDesc::default();
     RenderDesc {
-        shading: section.read("shading", |v| v.choice(report, SHADINGS)).unwrap_or(default.shading),
+        shading: section.read("shading", |v| v.choice(report, Shading::NAMES)).unwrap_or(default.shading),
         max_depth: count(report, section, "max_depth", 0..=limits::MAX_DEPTH, default.max_depth),
         samples: count(report, section, "samples", 1..=limits::MAX_SAMPLES, default.samples),
-        shadows: section.read("shadows", |v| v.choice(report, SHADOWS)).unwrap_or(default.shadows),
-        numerics: section.read("numerics", |v| v.choice(report, NUMERICS)).unwrap_or(default.numerics),
+        shadows: section.read("shadows", |v| v.choice(report, Shadows::NAMES)).unwrap_or(default.shadows),
+        numerics: section.read("numerics", |v| v.choice(report, Numerics::NAMES)).unwrap_or(default.numerics),
     }
 }
 
@@ -171,7 +161,7 @@ pub(super) fn light<'a>(report: &mut Report<'a>, section: Section<'a>) -> Option
         None => LIGHT_KINDS.first(),
         Some(kind) => kind.one_of(report, &LIGHT_KINDS, |kind| kind.name),
     };
-    let section = section.as_kind(&LIGHT_KINDS, kind);
+    let section = section.with_kind(&LIGHT_KINDS, kind);
     section.check_keys(report, LIGHT_KEYS);
     let name = section.read("name", |v| v.text(report)).unwrap_or_default().to_owned();
     let color = section.read("color", |v| v.color(report)).unwrap_or(default.color);

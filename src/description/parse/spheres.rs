@@ -15,14 +15,18 @@ const SHOWN: usize = 5;
 /// `data = [[x, y, z, r], ..]`
 pub(super) fn inline<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Arc<[[f64; 4]]>> {
     let DeValue::Array(array) = value.toml.get_ref() else {
-        value.wrong_type(report, "an array of spheres", Some("write data = [[x, y, z, radius], ..]"));
+        value.wrong_type(
+            report,
+            "an array of spheres",
+            Some("write data = [[x, y, z, radius], ..], or file = \"..\" for a file of such lines"),
+        );
         return None;
     };
     let spheres: Vec<Option<[f64; 4]>> = array
         .iter()
         .map(|toml| {
             let sphere = Value { toml, element: true, ..value };
-            let [x, y, z, r] = sphere.elements(report, "an array of [x, y, z, radius]")?;
+            let [x, y, z, r] = sphere.elements(report, "[x, y, z, radius]")?;
             let [x, y, z] = [x, y, z].map(|v| v.number(report, Interval::PLACE));
             let r = r.number(report, Interval::LENGTH);
             Some([x?, y?, z?, r?])

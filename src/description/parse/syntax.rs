@@ -4,6 +4,7 @@
 use super::nearest::quoted;
 use super::report::{Report, Words};
 use super::{REPEATED, Span, Toml, key_of, titles};
+use crate::description::diagnostic::char_boundary;
 use toml::de::{DeTable, DeValue, Error};
 
 /// Adds the parser's `errors`, and removes the mistakes of the report that may be consequences of them.
@@ -25,29 +26,34 @@ pub(super) fn check<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>, errors: 
     }
     let readable = unclosed.map_or(usize::MAX, |(open, ..)| open);
 
+    // Among thousands of errors only the first are of use.
+    errors.truncate(LOOKED_AT);
     let mut doubtful: Vec<Span> = Vec::new();
-    let mut told = None;
+    let mut told: Option<Span> = None;
     let mut again: Option<Span> = None;
     for (span, message) in errors {
+        // One error is told of a line.
+        if span.start >= readable || told.as_ref().is_some_and(|line| (line.start..=line.end).contains(&span.start)) {
+            continue;
+        }
         let line = line_around(text, span.start);
         let is_duplicate = message == "duplicate key";
         let section = is_title(slice(text, &line)).then(|| section_around(text, &line));
-        // One error is told of a line, and what stands below a title that is given again was given before, too.
-        let follows = told == Some(line.start)
-            || is_duplicate && again.as_ref().is_some_and(|section| section.contains(&span.start));
-        if span.start >= readable || follows {
-            continue;
-        }
         if is_duplicate {
-            let key = span.clone();
-            let is_list = section.is_some() && REPEATED.into_iter().any(|title| key_of(title) == slice(text, &key));
-            again = section.or(again);
-            // That [light] should be [[light]] is told already.
-            if !is_list {
-                report.mistake(span, move || duplicate(text, key));
+            // What stands below a title that is given again was given before, too.
+            if again.as_ref().is_some_and(|section| section.contains(&span.start)) {
+                continue;
             }
+            // That [light] should be [[light]] is told already.
+            let key = slice(text, &span);
+            let is_list = REPEATED.into_iter().any(|title| key_of(title) == key);
+            if !(is_list && root.get(key).is_some_and(|value| value.get_ref().is_table())) {
+                let at = span.clone();
+                report.mistake(span, move || duplicate(text, at));
+            }
+            again = section.or(again);
         } else {
-            told = Some(line.start);
+            told = Some(line.clone());
             doubtful.push(section.unwrap_or(line.start..line.end + 1));
             if let Some(comment) = foreign_comment(text, &line) {
                 report.syntax(comment, || Words::new("this is not a line of a scene", "a comment begins with #"));
@@ -63,6 +69,9 @@ pub(super) fn check<'a>(report: &mut Report<'a>, root: &'a DeTable<'a>, errors: 
         report.doubt(|span| span.is_empty() || doubtful(span.start));
     }
 }
+
+/// Most errors of the parser that are looked at.
+const LOOKED_AT: usize = 1000;
 
 /// How the parser's messages begin where a value of many lines has no end.
 const UNCLOSED: [&str; 4] = [
@@ -100,7 +109,7 @@ fn slice<'t>(text: &'t str, span: &Span) -> &'t str {
 
 /// The line about the byte `at`, without its newline.
 fn line_around(text: &str, at: usize) -> Span {
-    let at = text.floor_char_boundary(at);
+    let at = char_boundary(text, at);
     let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
     start..text[at..].find('\n').map_or(text.len(), |newline| at + newline)
 }
@@ -134,7 +143,10 @@ fn foreign_comment(text: &str, line: &Span) -> Option<Span> {
 fn duplicate(text: &str, span: Span) -> Words {
     let title = slice(text, &line_around(text, span.start)).trim();
     let key = quoted(slice(text, &span));
-    if is_title(title) {
+    if title.starts_with("[[") {
+        Words::new(format!("{key} is given in two ways"), "it has a value already")
+            .help("begin every one with a title like this, and remove the other value")
+    } else if is_title(title) {
         Words::new(format!("the section {} stands twice", quoted(title)), "it began further up")
             .help("put all its keys below the first title")
     } else {

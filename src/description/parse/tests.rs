@@ -382,7 +382,7 @@ const GOOD: [&str; 3] = [
      [[material]]\r\nname = \"\"\"two\r\nlines\"\"\"\r\nfresnel = true\r\npriority = -3\r\n",
 ];
 /// What a damaged scene gets in place of a few of its characters.
-const SCRAPS: [&str; 30] = [
+const SCRAPS: [&str; 34] = [
     "",
     "",
     "\n",
@@ -405,6 +405,10 @@ const SCRAPS: [&str; 30] = [
     "0x",
     "\t",
     "\r",
+    "light = []\n",
+    "[light]\n",
+    "[[film]]\n",
+    "object.x = 1\n",
     "\u{0}",
     "\u{1b}[31m",
     "\u{202e}",
@@ -440,6 +444,7 @@ fn damaged_scenes_give_mistakes_with_a_place_in_the_text_and_never_a_panic() {
         }
         let text: String = chars.into_iter().collect();
         let Err(mistakes) = parse(&text, &file) else {
+            assert!(DeTable::parse(text.trim_start_matches('\u{feff}')).is_ok(), "an error is lost in\n{text}");
             good += 1;
             continue;
         };
@@ -460,4 +465,28 @@ fn damaged_scenes_give_mistakes_with_a_place_in_the_text_and_never_a_panic() {
     }
     assert!(good > 100 && bad > 1000, "{good} good, {bad} bad");
     fs::remove_dir_all(directory).unwrap();
+}
+
+#[test]
+fn damaged_lists_of_spheres_give_mistakes_with_a_place_in_the_text_and_never_a_panic() {
+    let mut random = SplitMix64(0xba11);
+    let mut pick = |n: usize| (random.next_u64() % n as u64) as usize;
+    for _ in 0..2000 {
+        let mut chars: Vec<char> = "0, 0, 0, 0.5\n1 2 3 0.25 # small\r\n\n-1,\t0,1e-1, 1\n".chars().collect();
+        for _ in 0..pick(5) {
+            let at = pick(chars.len());
+            chars.splice(at..(at + pick(4)).min(chars.len()), SCRAPS[pick(SCRAPS.len())].chars());
+        }
+        let text: String = chars.into_iter().collect();
+        match spheres::from_text(&text, Path::new("balls.csv")) {
+            Ok(found) => assert!(found.iter().all(|sphere| sphere.iter().all(|v| v.is_finite()) && sphere[3] > 0.0)),
+            Err(mistakes) => {
+                for mistake in mistakes {
+                    let line = text.split('\n').nth(mistake.line - 1).expect("a line of the text");
+                    assert!((1..=line.chars().count() + 1).contains(&mistake.column), "{mistake}\n{text}");
+                    mistake.render(false);
+                }
+            }
+        }
+    }
 }

@@ -158,7 +158,7 @@ impl<'a> Value<'a> {
         if array.len() != N {
             let found = array.len();
             report.mistake(self.span(), move || {
-                Words::new(format!("{} must be {wanted}", self.name()), format!("this has {found}"))
+                Words::new(format!("{} must be {wanted}", self.name()), format!("this array has {found}"))
             });
             return None;
         }

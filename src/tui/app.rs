@@ -1,0 +1,584 @@
+//! The state of the interface and what events make of it. No input or output happens here.
+
+use super::camera;
+use super::color::ColorMode;
+use super::command::{Command, command_for, key_of};
+use super::key::Key;
+use super::layout::{self, Layout};
+use super::preview::Preview;
+use crate::description::{Projection, SceneDesc, Shading, limits, printable};
+use crate::render::{Film, Progress, RenderEvent};
+use crate::scene::{CompileError, Scene};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// What happened.
+#[derive(Debug)]
+pub enum Event {
+    /// A key was pressed.
+    Key(Key),
+    /// The terminal has this many columns and rows.
+    Resize(u16, u16),
+    /// A worker reports.
+    Render(RenderEvent),
+    /// The description was compiled.
+    Compiled(Result<Arc<Scene>, CompileError>),
+    /// The picture was saved when this much of it was done, or why it was not.
+    Saved(Result<u32, String>),
+    /// A signal asks to end.
+    Terminated(i32),
+    /// The shell asks to stop.
+    StopAsked,
+    /// The shell lets the program go on.
+    Continued,
+    /// The terminal is gone.
+    HungUp,
+    /// A thread of the interface panicked.
+    Broken(String),
+}
+
+/// What has to be done in the world.
+#[derive(Clone)]
+pub enum Effect {
+    /// Render this scene.
+    Start(Arc<Scene>),
+    /// Stop the workers, or let them go on.
+    Pause(bool),
+    /// Save the film, of which this many percent are done.
+    Save(u32),
+    /// Give the terminal back and stop the program.
+    Stop,
+    /// Take the terminal again.
+    Reenter,
+    /// Send the whole screen again.
+    Redraw,
+    /// Live on without a terminal.
+    Detach,
+}
+
+/// Why the interface ends.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Exit {
+    /// The user has quit, or there is nothing left to do.
+    Quit,
+    /// By this signal.
+    Signal(i32),
+    /// The scene at the start cannot be rendered.
+    Compile(CompileError),
+    /// A thread of the interface panicked.
+    Broken(String),
+}
+
+/// What is going on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activity {
+    /// Reading models, building trees.
+    Compiling,
+    /// Tracing.
+    Rendering,
+    /// Workers are stopped by the user.
+    Paused,
+    /// Every sample is done.
+    Finished,
+    /// The render broke off.
+    Failed,
+}
+
+/// The last thing the user should know.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// One line.
+    pub text: String,
+    /// What kind of news it is.
+    pub tone: Tone,
+}
+
+/// What kind of news a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// An answer to a key.
+    Plain,
+    /// Something is done.
+    Good,
+    /// Something went wrong.
+    Bad,
+}
+
+/// Everything that the screen shows.
+pub struct App {
+    /// What is edited.
+    desc: Arc<SceneDesc>,
+    /// As it was at the start.
+    original: Arc<SceneDesc>,
+    name: String,
+    output: PathBuf,
+    threads: usize,
+    mode: ColorMode,
+    layout: Layout,
+    size: (u16, u16),
+    preview: Preview,
+    film: Film,
+    scene: Option<Arc<Scene>>,
+    progress: Option<Progress>,
+    /// The numbers on the screen and their time: renewed only so often that they can be read.
+    shown: Option<(Progress, Instant)>,
+    activity: Activity,
+    message: Option<Message>,
+    help: bool,
+    /// The description is newer than what was last given to the compiler.
+    edited: bool,
+    compiling: bool,
+    /// A save waits for the first whole picture.
+    save_wanted: bool,
+    /// The last save: how much of the picture was done, or why it failed.
+    saved: Option<Result<u32, String>>,
+    saves_running: u32,
+    /// The program was asked to stop and does not know yet that it goes on.
+    stopped: bool,
+    hung_up: bool,
+    exit: Option<Exit>,
+}
+
+/// How often numbers on the screen change.
+const NUMBERS_PERIOD: Duration = Duration::from_millis(125);
+/// Steps of one key press.
+const ORBIT_DEGREES: f64 = 5.0;
+const PAN_PART: f64 = 0.05;
+const DOLLY_FACTOR: f64 = 0.9;
+const FOV_FACTOR: f64 = 1.05;
+const SHIFT_PART: f64 = 0.2;
+
+impl App {
+    /// The interface at its start on a terminal of `size` columns and rows.
+    pub fn new(
+        desc: SceneDesc,
+        name: &str,
+        output: &Path,
+        threads: usize,
+        mode: ColorMode,
+        (columns, rows): (u16, u16),
+    ) -> Self {
+        let desc = Arc::new(desc);
+        let film = Film::new(desc.film.width, desc.film.height);
+        let mut app = Self {
+            original: desc.clone(),
+            desc,
+            name: printable(name).into_owned(),
+            output: output.to_path_buf(),
+            threads,
+            mode,
+            layout: Layout::default(),
+            size: (columns, rows),
+            preview: Preview::default(),
+            film,
+            scene: None,
+            progress: None,
+            shown: None,
+            activity: Activity::Compiling,
+            message: None,
+            help: false,
+            edited: true,
+            compiling: false,
+            save_wanted: false,
+            saved: None,
+            saves_running: 0,
+            stopped: false,
+            hung_up: false,
+            exit: None,
+        };
+        app.lay_out();
+        app
+    }
+
+    /// Takes in what happened and tells what has to be done. An edit only marks the description as edited: see
+    /// [`App::begin_compile`].
+    pub fn update(&mut self, event: Event, now: Instant) -> Vec<Effect> {
+        match event {
+            Event::Key(key) => return self.key(key, now),
+            Event::Resize(columns, rows) => {
+                self.size = (columns, rows);
+                self.lay_out();
+            }
+            Event::Render(event) => return self.render(event, now),
+            Event::Compiled(result) => return self.compiled(result, now),
+            Event::Saved(result) => {
+                self.saves_running = self.saves_running.saturating_sub(1);
+                let file = self.output_text();
+                match &result {
+                    Ok(100) => self.tell(Tone::Good, format!("saved {file}")),
+                    Ok(percent) => self.tell(Tone::Good, format!("saved {file} at {percent} %")),
+                    Err(reason) => self.tell(Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
+                }
+                self.saved = Some(result);
+                self.end_if_alone();
+            }
+            Event::Terminated(signal) => self.exit = Some(Exit::Signal(signal)),
+            Event::StopAsked => {
+                self.stopped(true, now);
+                return vec![Effect::Stop];
+            }
+            Event::Continued => {
+                self.stopped(false, now);
+                return vec![Effect::Reenter];
+            }
+            Event::HungUp => {
+                if !std::mem::replace(&mut self.hung_up, true) {
+                    let mut effects = vec![Effect::Detach];
+                    if self.activity == Activity::Paused {
+                        effects.extend(self.set_paused(false, now));
+                    }
+                    self.end_if_alone();
+                    return effects;
+                }
+            }
+            Event::Broken(message) => self.exit = Some(Exit::Broken(message)),
+        }
+        Vec::new()
+    }
+
+    /// What has to be compiled now: nothing if nothing was edited or the compiler is still at work. To be asked when a
+    /// batch of events is taken in, so that a burst of keys is one restart.
+    pub fn begin_compile(&mut self) -> Option<(Arc<SceneDesc>, Option<Arc<Scene>>)> {
+        if self.compiling || !std::mem::take(&mut self.edited) {
+            return None;
+        }
+        self.compiling = true;
+        Some((self.desc.clone(), self.scene.clone()))
+    }
+
+    /// Brings preview and numbers up to date for a frame at `now`.
+    pub fn refresh(&mut self, now: Instant) {
+        self.preview.refresh(&self.film);
+        let old = self.shown.as_ref().is_none_or(|(_, at)| now.saturating_duration_since(*at) >= NUMBERS_PERIOD);
+        let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
+        if old || ended {
+            self.shown = self.progress.clone().map(|progress| (progress, now));
+        }
+    }
+
+    fn key(&mut self, key: Key, now: Instant) -> Vec<Effect> {
+        if let Some(command) = command_for(key, self.is_zoomed()) {
+            return self.command(command, now);
+        }
+        if self.help {
+            self.help = false;
+        } else {
+            self.tell(Tone::Plain, format!("{key} does nothing here; {} lists the keys", key_of(Command::ToggleHelp)));
+        }
+        Vec::new()
+    }
+
+    /// Does what a key means.
+    pub fn command(&mut self, command: Command, now: Instant) -> Vec<Effect> {
+        self.message = None;
+        match command {
+            Command::Quit => self.exit = Some(Exit::Quit),
+            Command::TogglePause => match self.activity {
+                Activity::Rendering => return self.set_paused(true, now),
+                Activity::Paused => return self.set_paused(false, now),
+                _ => {}
+            },
+            Command::Restart => self.edited = true,
+            Command::SaveImage => return self.save(),
+            Command::ToggleHelp => self.help = !self.help,
+            Command::Suspend => return self.update(Event::StopAsked, now),
+            Command::Redraw => return vec![Effect::Redraw],
+            Command::Orbit(right, above) => self.edit(|desc| {
+                let [right, above] = [right, above].map(|steps| f64::from(steps) * ORBIT_DEGREES);
+                camera::orbit(&mut desc.camera, right, above);
+            }),
+            Command::Pan(right, above) => self.edit(|desc| {
+                let [right, above] = [right, above].map(|steps| f64::from(steps) * PAN_PART);
+                camera::pan(&mut desc.camera, right, above);
+            }),
+            Command::Dolly(steps) => {
+                self.edit(|desc| camera::dolly(&mut desc.camera, DOLLY_FACTOR.powi(steps.into())));
+            }
+            Command::Widen(steps) => {
+                self.edit(|desc| camera::widen(&mut desc.camera, FOV_FACTOR.powi(steps.into())));
+                self.tell(Tone::Plain, view_text(self.desc.camera.projection));
+            }
+            Command::ResetCamera => {
+                let camera = self.original.camera;
+                self.edit(|desc| desc.camera = camera);
+                self.tell(Tone::Plain, "the camera is that of the scene again".into());
+            }
+            Command::Samples(doublings) => {
+                self.edit(|desc| {
+                    let samples = &mut desc.render.samples;
+                    *samples = if doublings > 0 { samples.saturating_mul(2) } else { *samples / 2 };
+                    *samples = (*samples).clamp(1, limits::MAX_SAMPLES);
+                });
+                self.tell(Tone::Plain, format!("{} samples a pixel", self.desc.render.samples));
+            }
+            Command::Depth(more) => {
+                self.edit(|desc| {
+                    let depth = desc.render.max_depth.saturating_add_signed(more.into());
+                    desc.render.max_depth = depth.min(limits::MAX_DEPTH);
+                });
+                self.tell(Tone::Plain, format!("depth {}", self.desc.render.max_depth));
+            }
+            Command::CycleShading => {
+                self.edit(|desc| {
+                    desc.render.shading = match desc.render.shading {
+                        Shading::Lambert => Shading::Phong,
+                        Shading::Phong => Shading::Whitted,
+                        Shading::Whitted => Shading::Lambert,
+                    }
+                });
+                self.tell(Tone::Plain, format!("lighting model {}", shading_text(self.desc.render.shading)));
+            }
+            Command::Zoom(steps) => self.preview.zoom_by(2f64.powf(f64::from(steps) / 2.0)),
+            Command::Fit => self.preview.fit(),
+            Command::Shift(right, below) => {
+                self.preview.shift(f64::from(right) * SHIFT_PART, f64::from(below) * SHIFT_PART);
+            }
+        }
+        Vec::new()
+    }
+
+    /// Changes camera or render settings; does nothing more if they end up the same.
+    fn edit(&mut self, change: impl FnOnce(&mut SceneDesc)) {
+        let before = (self.desc.camera, self.desc.render);
+        let desc = Arc::make_mut(&mut self.desc);
+        change(desc);
+        self.edited |= before != (desc.camera, desc.render);
+    }
+
+    fn set_paused(&mut self, paused: bool, now: Instant) -> Vec<Effect> {
+        self.activity = if paused { Activity::Paused } else { Activity::Rendering };
+        if let Some(progress) = &mut self.progress {
+            progress.set_paused(paused, now);
+        }
+        vec![Effect::Pause(paused)]
+    }
+
+    /// The program stops, or goes on: its clock with it.
+    fn stopped(&mut self, stopped: bool, now: Instant) {
+        if std::mem::replace(&mut self.stopped, stopped) == stopped || self.activity != Activity::Rendering {
+            return;
+        }
+        if let Some(progress) = &mut self.progress {
+            progress.set_paused(stopped, now);
+        }
+    }
+
+    /// A stop was refused: there is no shell to return to.
+    pub fn cannot_stop(&mut self, now: Instant) {
+        self.stopped(false, now);
+        self.tell(Tone::Plain, "there is no shell to go to".into());
+    }
+
+    fn compiled(&mut self, result: Result<Arc<Scene>, CompileError>, now: Instant) -> Vec<Effect> {
+        self.compiling = false;
+        match result {
+            Ok(scene) => {
+                if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
+                    self.film = Film::new(scene.width, scene.height);
+                    self.lay_out();
+                }
+                if let (None, Some(warning)) = (&self.scene, scene.summary.warnings.first()) {
+                    let more = match scene.summary.warnings.len() - 1 {
+                        0 => String::new(),
+                        more => format!(" (and {more} more: see `glimt check`)"),
+                    };
+                    self.tell(Tone::Plain, format!("{}{more}", printable(warning)));
+                }
+                // The old picture stays until tiles of the new one replace it.
+                self.progress = Some(Progress::new(&scene, self.threads, now));
+                self.shown = None;
+                self.scene = Some(scene.clone());
+                self.activity = Activity::Rendering;
+                vec![Effect::Start(scene)]
+            }
+            Err(error) if self.scene.is_none() => {
+                self.exit = Some(Exit::Compile(error));
+                Vec::new()
+            }
+            Err(error) => {
+                self.activity = Activity::Failed;
+                self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
+                self.end_if_alone();
+                Vec::new()
+            }
+        }
+    }
+
+    fn render(&mut self, event: RenderEvent, now: Instant) -> Vec<Effect> {
+        if let Some(progress) = &mut self.progress {
+            progress.update(&event, now);
+        }
+        match event {
+            RenderEvent::TileStarted { .. } => {}
+            RenderEvent::TileFinished { tile, .. } => {
+                self.film.write(&tile);
+                self.preview.mark(tile.rect);
+                if self.save_wanted && self.is_whole() {
+                    return self.save();
+                }
+            }
+            RenderEvent::Finished => {
+                self.activity = Activity::Finished;
+                return self.save();
+            }
+            RenderEvent::Failed(error) => {
+                self.activity = Activity::Failed;
+                self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
+                self.end_if_alone();
+            }
+        }
+        Vec::new()
+    }
+
+    fn save(&mut self) -> Vec<Effect> {
+        // Before that the film still holds parts of the picture before the last edit.
+        self.save_wanted = !self.is_whole();
+        if self.save_wanted {
+            self.tell(Tone::Plain, "will be saved as soon as the whole picture is there".into());
+            return Vec::new();
+        }
+        self.tell(Tone::Plain, format!("saving {}", self.output_text()));
+        self.saves_running += 1;
+        vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
+    }
+
+    /// Whether every pixel of the film belongs to the newest scene.
+    fn is_whole(&self) -> bool {
+        !self.edited && !self.compiling && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
+    }
+
+    /// Without a terminal the program lives only until the picture is saved.
+    fn end_if_alone(&mut self) {
+        let working = self.edited
+            || matches!(self.activity, Activity::Compiling | Activity::Rendering)
+            || self.compiling
+            || self.saves_running > 0;
+        if self.hung_up && !working {
+            self.exit = Some(Exit::Signal(HANG_UP));
+        }
+    }
+
+    fn tell(&mut self, tone: Tone, text: String) {
+        self.message = Some(Message { text, tone });
+    }
+
+    fn lay_out(&mut self) {
+        self.layout = layout::lay_out(self.size, (self.film.width(), self.film.height()), self.threads);
+        self.preview.set_film(self.film.width(), self.film.height());
+        self.preview.set_area(self.layout.preview.width, self.layout.preview.height);
+    }
+}
+
+/// SIGHUP, on every system that has it.
+const HANG_UP: i32 = 1;
+
+/// What the view reads.
+impl App {
+    /// As it is edited now.
+    pub fn desc(&self) -> &SceneDesc {
+        &self.desc
+    }
+
+    /// Name of the scene, safe to print.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Colours of the terminal.
+    pub fn mode(&self) -> ColorMode {
+        self.mode
+    }
+
+    /// Where things stand on the screen.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Columns and rows of the screen.
+    pub fn size(&self) -> (u16, u16) {
+        self.size
+    }
+
+    /// The picture in cells.
+    pub fn preview(&self) -> &Preview {
+        &self.preview
+    }
+
+    /// The picture in pixels.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// The numbers to show and the time they are of.
+    pub fn shown(&self) -> Option<(&Progress, Instant)> {
+        self.shown.as_ref().map(|(progress, at)| (progress, *at))
+    }
+
+    /// What is going on.
+    pub fn activity(&self) -> Activity {
+        self.activity
+    }
+
+    /// The last thing the user should know.
+    pub fn message(&self) -> Option<&Message> {
+        self.message.as_ref()
+    }
+
+    /// Whether the help screen is open.
+    pub fn shows_help(&self) -> bool {
+        self.help
+    }
+
+    /// Whether only a part of the picture is shown.
+    pub fn is_zoomed(&self) -> bool {
+        self.preview.zoom() > 1.0
+    }
+
+    /// Where pictures go, safe to print.
+    pub fn output_text(&self) -> String {
+        printable(&self.output.to_string_lossy()).into_owned()
+    }
+
+    /// Whether the picture shown is the last one of its render: its colours have to be exact.
+    pub fn is_final(&self) -> bool {
+        self.activity == Activity::Finished
+    }
+
+    /// Whether clocks on the screen run.
+    pub fn is_running(&self) -> bool {
+        matches!(self.activity, Activity::Compiling | Activity::Rendering)
+    }
+
+    /// Why the interface ends, when it does.
+    pub fn exit(&self) -> Option<&Exit> {
+        self.exit.as_ref()
+    }
+
+    /// The last save: how much of the picture was done, or why it failed.
+    pub fn saved(&self) -> Option<&Result<u32, String>> {
+        self.saved.as_ref()
+    }
+
+    /// Whole percent of the running or finished render.
+    pub fn percent(&self) -> u32 {
+        self.progress.as_ref().map_or(0, Progress::percent)
+    }
+}
+
+/// The word of the scene language for a lighting model.
+pub fn shading_text(shading: Shading) -> &'static str {
+    match shading {
+        Shading::Lambert => "lambert",
+        Shading::Phong => "phong",
+        Shading::Whitted => "whitted",
+    }
+}
+
+/// Angle or height of the view.
+pub fn view_text(projection: Projection) -> String {
+    match projection {
+        Projection::Perspective { fov } => format!("field of view {fov:.1}°"),
+        Projection::Orthographic { view_height } => format!("view height {view_height:.3}"),
+    }
+}

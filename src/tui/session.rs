@@ -1,0 +1,255 @@
+//! The interface at work: threads, the loop that joins them, and the effects of the state in the world.
+
+use super::app::{App, Effect, Event, Exit};
+use super::color::ColorMode;
+use super::listen;
+use super::terminal::{self, Guard};
+use super::view::view;
+use super::writer::{self, Frame, Mailbox};
+use super::{Error, Options, Outcome};
+use crate::output::save_png;
+use crate::render::{Film, RenderHandle, Settings, start};
+use crate::scene::compile;
+use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// Time between two frames while only the picture changes, and the least time between any two.
+const FRAME: Duration = Duration::from_millis(33);
+const QUICK_FRAME: Duration = Duration::from_millis(8);
+/// Time between two frames while only clocks run.
+const CLOCK_FRAME: Duration = Duration::from_millis(125);
+/// Events are taken in for not longer than this before the next frame has a chance.
+const BATCH: Duration = Duration::from_millis(8);
+
+struct Session {
+    app: App,
+    settings: Settings,
+    render: Option<RenderHandle>,
+    events: (Sender<Event>, Receiver<Event>),
+    mailbox: Mailbox,
+    guard: Guard,
+    saver: Saver,
+    /// When the next frame is due.
+    frame_due: Option<Instant>,
+    last_frame: Instant,
+}
+
+/// See [`super::run`].
+pub fn run(options: Options) -> Result<Outcome, Error> {
+    let mode = ColorMode::detect(options.color, |name| std::env::var(name).ok());
+    let size = crossterm::terminal::size().map_err(Error::Terminal)?;
+    let (threads, output) = (options.threads, options.output);
+    let app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
+    let events = unbounded();
+    let mailbox = Mailbox::default();
+    // Signals first: none of them may find the terminal changed and nobody listening.
+    let signals = listen::signals(events.0.clone()).map_err(Error::Terminal)?;
+    let guard = Guard::enter().map_err(Error::Terminal)?;
+    spawn("signals", &events.0, signals);
+    spawn("keys", &events.0, {
+        let (events, mailbox) = (events.0.clone(), mailbox.clone());
+        move || {
+            if listen::input(&events, &mailbox).is_err() {
+                // Nobody listens if the interface has ended.
+                let _ = events.send(Event::HungUp);
+            }
+        }
+    });
+    spawn("screen", &events.0, {
+        let (events, mailbox, terminal) = (events.0.clone(), mailbox.clone(), guard.terminal().clone());
+        move || {
+            if writer::run(&mailbox, &terminal).is_err() {
+                let _ = events.send(Event::HungUp);
+            }
+        }
+    });
+    let saver = Saver::new(output, &events.0);
+    let settings = Settings { threads, ..Settings::default() };
+    let now = Instant::now();
+    let session =
+        Session { app, settings, render: None, events, mailbox, guard, saver, frame_due: Some(now), last_frame: now };
+    session.run()
+}
+
+impl Session {
+    fn run(mut self) -> Result<Outcome, Error> {
+        while self.app.exit().is_none() {
+            if let Some((desc, previous)) = self.app.begin_compile() {
+                // Its workers make room at once; its picture stays.
+                self.render = None;
+                let events = self.events.0.clone();
+                spawn("compiler", &self.events.0, move || {
+                    let _ = events.send(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+                });
+            }
+            self.draw();
+            self.take_events();
+        }
+        self.end()
+    }
+
+    /// Waits for an event or the time of the next frame, and takes in all that has come.
+    fn take_events(&mut self) {
+        let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
+        let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
+        let until = [self.frame_due, clock].into_iter().flatten().min();
+        let wait = until.map_or(never(), crossbeam_channel::at);
+        let event = select! {
+            recv(self.events.1) -> event => event.ok(),
+            recv(rendered) -> event => {
+                if event.is_err() {
+                    // All is told.
+                    self.render = None;
+                }
+                event.ok().map(Event::Render)
+            }
+            recv(wait) -> now => {
+                self.frame_due = now.ok();
+                None
+            }
+        };
+        let Some(event) = event else { return };
+        self.take(event);
+        let end = Instant::now() + BATCH;
+        while self.app.exit().is_none() && Instant::now() < end {
+            // Keys before tiles.
+            if let Ok(event) = self.events.1.try_recv() {
+                self.take(event);
+            } else if let Some(Ok(event)) = self.render.as_ref().map(|render| render.events().try_recv()) {
+                self.take(Event::Render(event));
+            } else {
+                break;
+            }
+        }
+    }
+
+    fn take(&mut self, event: Event) {
+        let now = Instant::now();
+        let period = if matches!(event, Event::Render(_)) { FRAME } else { QUICK_FRAME };
+        let due = self.last_frame + period;
+        self.frame_due = Some(self.frame_due.map_or(due, |earlier| earlier.min(due)));
+        for effect in self.app.update(event, now) {
+            self.perform(effect);
+        }
+    }
+
+    fn perform(&mut self, effect: Effect) {
+        match effect {
+            Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
+            Effect::Pause(paused) => match &self.render {
+                Some(render) if paused => render.pause(),
+                Some(render) => render.resume(),
+                None => {}
+            },
+            Effect::Save(percent) => self.saver.save(self.app.film().clone(), percent),
+            Effect::Stop if terminal::can_stop() => {
+                self.mailbox.hold();
+                self.guard.terminal().leave();
+                terminal::stop();
+            }
+            Effect::Stop => self.app.cannot_stop(Instant::now()),
+            Effect::Reenter => {
+                let back = self.guard.terminal().reenter();
+                let size = crossterm::terminal::size();
+                match back.and(size) {
+                    Ok((columns, rows)) => self.take(Event::Resize(columns, rows)),
+                    Err(_) => self.take(Event::HungUp),
+                }
+                self.mailbox.forget();
+            }
+            Effect::Redraw => self.mailbox.forget(),
+            Effect::Detach => terminal::detach(),
+        }
+    }
+
+    fn draw(&mut self) {
+        let now = Instant::now();
+        if self.frame_due.is_none_or(|due| now < due) {
+            return;
+        }
+        (self.frame_due, self.last_frame) = (None, now);
+        self.app.refresh(now);
+        let (columns, rows) = self.app.size();
+        let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
+        view(&self.app, &mut buffer);
+        self.mailbox.post(Frame { buffer, exact: self.app.is_final() });
+    }
+
+    /// Restores the terminal, lets saves that have begun come to their end, and says how it went.
+    fn end(mut self) -> Result<Outcome, Error> {
+        self.render = None;
+        self.mailbox.hold();
+        drop(self.guard);
+        self.saver.finish();
+        let exit = self.app.exit().cloned().unwrap_or(Exit::Quit);
+        for event in self.events.1.try_iter().filter(|event| matches!(event, Event::Saved(_))) {
+            self.app.update(event, Instant::now());
+        }
+        let signal = match exit {
+            Exit::Compile(error) => return Err(Error::Compile(error)),
+            Exit::Broken(message) => return Err(Error::Panicked(message)),
+            Exit::Signal(number) => Some(number),
+            Exit::Quit => None,
+        };
+        let file = self.app.output_text();
+        let (line, code) = match self.app.saved() {
+            Some(Ok(100)) => (format!("saved {file}"), 0),
+            Some(Ok(percent)) => (format!("saved {file} at {percent} %"), 0),
+            Some(Err(reason)) => (format!("cannot save {file}: {reason}"), 1),
+            None => (format!("left at {} %; nothing was saved", self.app.percent()), 0),
+        };
+        Ok(Outcome { line, exit_code: signal.map_or(code, |number| u8::try_from(128 + number).unwrap_or(1)) })
+    }
+}
+
+/// The thread that writes pictures, one after the other.
+struct Saver {
+    films: Sender<(Film, u32)>,
+    thread: JoinHandle<()>,
+}
+
+impl Saver {
+    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Self {
+        let (films, queue) = unbounded::<(Film, u32)>();
+        let told = events.clone();
+        let thread = spawn("saver", events, move || {
+            for (film, percent) in queue {
+                let result = save_png(&film, &output).map(|()| percent).map_err(|error| error.to_string());
+                let _ = told.send(Event::Saved(result));
+            }
+        });
+        Self { films, thread }
+    }
+
+    fn save(&self, film: Film, percent: u32) {
+        // If the thread has panicked, the interface knows already.
+        let _ = self.films.send((film, percent));
+    }
+
+    /// Waits until all is written.
+    fn finish(self) {
+        drop(self.films);
+        let _ = self.thread.join();
+    }
+}
+
+/// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still.
+fn spawn(name: &str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> JoinHandle<()> {
+    let (title, events) = (name.to_string(), events.clone());
+    thread::spawn(move || {
+        if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {
+            let _ = events.send(Event::Broken(format!("the thread for {title} panicked: {}", panic_text(&*panic))));
+        }
+    })
+}
+
+fn panic_text(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
+}

@@ -1,0 +1,690 @@
+//! The interface without a terminal: state and keys in, screen and description out.
+
+use glimt::description::{
+    Background, LightDesc, LightKind, MaterialDesc, ObjectDesc, Projection, RenderDesc, SceneDesc, Shading, ShapeDesc,
+    TextureDesc, TextureSource,
+};
+use glimt::math::{Rgb, SplitMix64, linear_to_srgb8, srgb8_to_linear};
+use glimt::render::{Film, Pass, Rect as Tile, RenderError, RenderEvent, Settings, TileImage, TileStats, start};
+use glimt::scene::compile;
+use glimt::tui::app::{Activity, App, Effect, Event, Exit, Tone};
+use glimt::tui::color::{ColorMode, delta_e};
+use glimt::tui::command;
+use glimt::tui::key::{Code, Key};
+use glimt::tui::view::view;
+use glimt::tui::writer::{Frame, Screen};
+use ratatui::Terminal;
+use ratatui::backend::{Backend, CrosstermBackend, TestBackend};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Color;
+use std::num::{NonZeroU16, NonZeroUsize};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+const WIDTH: u32 = 64;
+const HEIGHT: u32 = 36;
+
+fn scene() -> SceneDesc {
+    let mut desc = SceneDesc::default();
+    (desc.film.width, desc.film.height) = (WIDTH, HEIGHT);
+    desc.render = RenderDesc { samples: 4, ..RenderDesc::default() };
+    desc.lights.push(LightDesc::default());
+    desc.objects.push(ObjectDesc::new(ShapeDesc::Sphere { radius: 1.0 }));
+    desc
+}
+
+/// An interface and the time it lives in.
+struct Stage {
+    app: App,
+    now: Instant,
+    effects: Vec<Effect>,
+}
+
+impl Stage {
+    fn new(size: (u16, u16), mode: ColorMode) -> Self {
+        let app = App::new(scene(), "balls", Path::new("balls.png"), 2, mode, size);
+        Self { app, now: Instant::now(), effects: Vec::new() }
+    }
+
+    /// With the first render begun.
+    fn started(size: (u16, u16)) -> Self {
+        let mut stage = Self::new(size, ColorMode::Truecolor);
+        assert!(stage.compile());
+        stage
+    }
+
+    /// With the first render finished: left half red, right half blue.
+    fn finished(size: (u16, u16)) -> Self {
+        let mut stage = Self::started(size);
+        stage.tile(|x, _| if x < WIDTH / 2 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] });
+        stage.tell(Event::Render(RenderEvent::Finished));
+        stage.tell(Event::Saved(Ok(100)));
+        stage
+    }
+
+    fn tell(&mut self, event: Event) {
+        self.now += Duration::from_millis(40);
+        self.effects.extend(self.app.update(event, self.now));
+    }
+
+    fn keys(&mut self, keys: &str) {
+        for c in keys.chars() {
+            self.tell(Event::Key(Key::char(c)));
+        }
+    }
+
+    /// What the loop does after a batch of events; whether there was something to compile.
+    fn compile(&mut self) -> bool {
+        let Some((desc, previous)) = self.app.begin_compile() else { return false };
+        self.tell(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+        true
+    }
+
+    /// A tile that is the whole film, as the first pass reports it.
+    fn tile(&mut self, pixel: impl Fn(u32, u32) -> [f32; 3]) {
+        let rect = Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT };
+        let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
+        let pass = Pass::sequence(4)[0];
+        let stats = TileStats { samples: 100, busy: Duration::from_millis(30), ..TileStats::default() };
+        self.tell(Event::Render(RenderEvent::TileFinished {
+            worker: 0,
+            tile: TileImage { rect, pixels },
+            stats,
+            pass,
+        }));
+    }
+
+    fn buffer(&mut self) -> Buffer {
+        self.app.refresh(self.now);
+        let (columns, rows) = self.app.size();
+        let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+        terminal.draw(|frame| view(&self.app, frame.buffer_mut())).unwrap();
+        terminal.backend().buffer().clone()
+    }
+
+    fn text(&mut self) -> String {
+        let buffer = self.buffer();
+        let row = |y| (0..buffer.area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+        (0..buffer.area.height).map(row).collect::<Vec<_>>().join("\n")
+    }
+
+    fn status(&mut self) -> String {
+        self.text().lines().last().unwrap().to_owned()
+    }
+
+    fn samples_fov_depth(&self) -> (u32, f64, u32) {
+        let Projection::Perspective { fov } = self.app.desc().camera.projection else { panic!("not in this scene") };
+        (self.app.desc().render.samples, fov, self.app.desc().render.max_depth)
+    }
+}
+
+#[test]
+fn keys_edit_the_description() {
+    let (samples, fov, depth) = Stage::started((80, 24)).samples_fov_depth();
+    for (keys, expected) in [
+        ("n", (2 * samples, fov, depth)),
+        ("nnN", (2 * samples, fov, depth)),
+        ("NNNNNN", (1, fov, depth)),
+        ("d", (samples, fov, depth + 1)),
+        ("DDD", (samples, fov, depth - 3)),
+        ("DDDDDDDDDDDD", (samples, fov, 0)),
+        ("F", (samples, fov * 1.05, depth)),
+    ] {
+        let mut stage = Stage::started((80, 24));
+        stage.keys(keys);
+        assert_eq!(stage.samples_fov_depth(), expected, "{keys}");
+    }
+    let mut stage = Stage::started((80, 24));
+    for shading in [Shading::Lambert, Shading::Phong, Shading::Whitted] {
+        stage.keys("m");
+        assert_eq!(stage.app.desc().render.shading, shading);
+    }
+}
+
+#[test]
+fn keys_move_the_camera_and_reset_it() {
+    let start = scene().camera;
+    let distance = start.position.distance(start.look_at);
+    for (keys, moves_target, new_distance) in
+        [("hkkl", false, distance), ("HJ", true, distance), ("i", false, distance * 0.9), ("o", false, distance / 0.9)]
+    {
+        let mut stage = Stage::started((80, 24));
+        stage.keys(keys);
+        let camera = stage.app.desc().camera;
+        assert_ne!(camera.position, start.position, "{keys}");
+        assert_eq!(camera.look_at != start.look_at, moves_target, "{keys}");
+        assert!((camera.position.distance(camera.look_at) - new_distance).abs() < 1e-9, "{keys}");
+        stage.keys("c");
+        assert_eq!(stage.app.desc().camera, start);
+    }
+}
+
+#[test]
+fn arrows_orbit_a_fitted_picture_and_move_a_zoomed_one() {
+    let mut stage = Stage::finished((80, 24));
+    stage.tell(Event::Key(Key::plain(Code::Left)));
+    let orbited = stage.app.desc().camera;
+    assert_ne!(orbited, scene().camera);
+    stage.keys("++");
+    let before = stage.buffer();
+    for _ in 0..9 {
+        stage.tell(Event::Key(Key::plain(Code::Left)));
+    }
+    assert_eq!(stage.app.desc().camera, orbited);
+    assert_ne!(stage.buffer(), before);
+    // The left edge of the picture is red.
+    assert_eq!(stage.buffer()[(0, 0)].fg, Color::Rgb(255, 0, 0));
+    assert!(stage.status().contains("2.0×"), "{}", stage.status());
+    stage.keys("0");
+    assert!(!stage.app.is_zoomed());
+}
+
+#[test]
+fn a_burst_of_keys_is_one_restart_with_all_of_them() {
+    let mut stage = Stage::started((80, 24));
+    stage.keys("hhhhnn");
+    let (desc, _) = stage.app.begin_compile().expect("there were edits");
+    assert_eq!(desc.render.samples, 16);
+    // Keys that come while the compiler is at work wait for it.
+    stage.keys("n");
+    assert!(stage.app.begin_compile().is_none());
+    stage.tell(Event::Compiled(compile(&desc, None).map(Arc::new)));
+    assert!(stage.compile());
+    assert!(!stage.compile());
+    let starts = stage.effects.iter().filter(|effect| matches!(effect, Effect::Start(_))).count();
+    assert_eq!(starts, 3);
+}
+
+#[test]
+fn a_key_at_its_limit_restarts_nothing() {
+    let mut stage = Stage::started((80, 24));
+    stage.keys("NNNN");
+    assert!(stage.compile());
+    stage.keys("N");
+    assert!(!stage.compile());
+    stage.keys("r");
+    assert!(stage.compile());
+}
+
+#[test]
+fn space_pauses_and_goes_on() {
+    let mut stage = Stage::started((80, 24));
+    stage.effects.clear();
+    stage.keys(" ");
+    assert!(matches!(stage.effects[..], [Effect::Pause(true)]));
+    assert!(stage.status().contains("paused") && stage.status().contains("Space go on"), "{}", stage.status());
+    stage.keys(" ");
+    assert!(matches!(stage.effects[..], [_, Effect::Pause(false)]));
+    assert_eq!(stage.app.activity(), Activity::Rendering);
+    // An edit while paused is meant to be seen.
+    stage.keys(" h");
+    assert!(stage.compile());
+    assert_eq!(stage.app.activity(), Activity::Rendering);
+}
+
+#[test]
+fn the_end_of_a_render_saves_the_picture_and_says_where() {
+    let mut stage = Stage::started((80, 24));
+    stage.tile(|_, _| [0.5; 3]);
+    stage.effects.clear();
+    stage.tell(Event::Render(RenderEvent::Finished));
+    assert!(matches!(stage.effects[..], [Effect::Save(100)]));
+    stage.tell(Event::Saved(Ok(100)));
+    assert!(stage.status().contains("finished") && stage.status().contains("saved balls.png"), "{}", stage.status());
+    assert!(stage.text().contains("100 %"));
+    assert_eq!(stage.app.exit(), None);
+    stage.keys("s");
+    stage.tell(Event::Saved(Err("no room on the disk".into())));
+    assert_eq!(stage.app.message().unwrap().tone, Tone::Bad);
+    assert!(stage.status().contains("cannot save balls.png: no room"), "{}", stage.status());
+}
+
+#[test]
+fn a_save_before_the_first_whole_picture_waits_for_it() {
+    let mut stage = Stage::finished((80, 24));
+    stage.keys("h");
+    assert!(stage.compile());
+    stage.effects.clear();
+    stage.keys("s");
+    assert!(stage.effects.is_empty());
+    assert!(stage.status().contains("will be saved"), "{}", stage.status());
+    stage.tile(|_, _| [0.2; 3]);
+    assert!(matches!(stage.effects[..], [Effect::Save(percent)] if percent < 100));
+}
+
+#[test]
+fn the_old_picture_stays_until_tiles_of_the_new_one_come() {
+    let mut stage = Stage::finished((80, 24));
+    let before = stage.buffer();
+    stage.keys("h");
+    assert!(stage.compile());
+    let preview = stage.app.layout().preview;
+    let after = stage.buffer();
+    for position in preview.positions() {
+        assert_eq!(after[position], before[position]);
+    }
+    stage.tile(|_, _| [0.0, 1.0, 0.0]);
+    assert_eq!(stage.buffer()[(40, 5)].fg, Color::Rgb(0, 255, 0));
+}
+
+#[test]
+fn a_failed_render_is_told_and_keeps_its_picture() {
+    let mut stage = Stage::finished((80, 24));
+    let colour = stage.buffer()[(20, 5)].fg;
+    stage.tell(Event::Render(RenderEvent::Failed(RenderError { worker: 1, message: "index out\x1b[2J".into() })));
+    let status = stage.status();
+    assert!(status.contains("render thread 1 failed: index out\u{fffd}[2J"), "{status}");
+    assert_eq!(stage.buffer()[(20, 5)].fg, colour);
+    // And keys go on working.
+    stage.keys("h");
+    assert!(stage.compile());
+    assert_eq!(stage.app.activity(), Activity::Rendering);
+}
+
+#[test]
+fn without_a_terminal_the_program_lives_until_the_picture_is_saved() {
+    let mut stage = Stage::started((80, 24));
+    stage.keys(" ");
+    stage.effects.clear();
+    stage.tell(Event::HungUp);
+    assert!(matches!(stage.effects[..], [Effect::Detach, Effect::Pause(false)]));
+    stage.tile(|_, _| [0.5; 3]);
+    stage.tell(Event::Render(RenderEvent::Finished));
+    assert_eq!(stage.app.exit(), None);
+    stage.tell(Event::Saved(Ok(100)));
+    assert_eq!(stage.app.exit(), Some(&Exit::Signal(1)));
+
+    let mut done = Stage::finished((80, 24));
+    done.tell(Event::HungUp);
+    assert_eq!(done.app.exit(), Some(&Exit::Signal(1)));
+}
+
+#[test]
+fn quitting_is_one_key() {
+    for key in [Key::char('q'), Key::ctrl('c')] {
+        let mut stage = Stage::started((80, 24));
+        stage.keys("?");
+        stage.tell(Event::Key(key));
+        assert_eq!(stage.app.exit(), Some(&Exit::Quit));
+    }
+}
+
+#[test]
+fn the_help_screen_lists_every_binding_at_80_by_24() {
+    let mut stage = Stage::finished((80, 24));
+    stage.keys("?");
+    let text = stage.text();
+    for binding in command::BINDINGS {
+        let line = |text: &str| text.contains(&binding.keys_text()) && text.contains(&binding.help_text());
+        assert!(text.lines().any(line), "{}: {}\n{text}", binding.keys_text(), binding.help_text());
+    }
+    stage.keys("?");
+    assert!(!stage.text().contains("Keys"));
+}
+
+#[test]
+fn the_panel_shows_what_is_asked_of_it() {
+    for (size, words) in [
+        (
+            (80, 24),
+            "balls|64×36|whitted|4 samples|depth 8|field of view 40.0°|elapsed|left|first picture|camera|shadow|busy",
+        ),
+        (
+            (200, 60),
+            "balls|64×36|whitted|depth 8|samples|pass|elapsed|left|first picture|Rays|camera|shadow|reflection|refraction|Threads|busy|Camera|position|looks at",
+        ),
+    ] {
+        let mut stage = Stage::started(size);
+        stage.tile(|_, _| [0.5; 3]);
+        let text = stage.text();
+        for word in words.split('|') {
+            assert!(text.contains(word), "{word} at {size:?}\n{text}");
+        }
+    }
+}
+
+#[test]
+fn numbers_stand_still_between_their_periods() {
+    let mut stage = Stage::started((200, 60));
+    stage.tile(|_, _| [0.5; 3]);
+    let before = stage.text();
+    stage.now += Duration::from_millis(50);
+    assert_eq!(stage.text(), before);
+    stage.now += Duration::from_millis(200);
+    assert_ne!(stage.text(), before);
+}
+
+#[test]
+fn the_picture_has_its_colours_and_its_aspect() {
+    let mut stage = Stage::finished((80, 24));
+    let preview = stage.app.layout().preview;
+    let buffer = stage.buffer();
+    let row = |y: u16| preview.columns().map(move |c| (c.x, y));
+    let (red, blue) = (Color::Rgb(255, 0, 0), Color::Rgb(0, 0, 255));
+    let painted: Vec<_> = row(8).filter(|p| buffer[*p].symbol() == "▀").collect();
+    // 16:9 of square half cells.
+    let rows = preview.rows().filter(|r| buffer[(40, r.y)].symbol() == "▀").count();
+    assert!((painted.len() as f64 / (2 * rows) as f64 - 16.0 / 9.0).abs() < 0.1, "{} by {rows}", painted.len());
+    // Centred, one half each.
+    let (first, last) = (painted[0].0, painted[painted.len() - 1].0);
+    assert!(first.abs_diff(preview.width - 1 - last) <= 1);
+    for (i, position) in painted.iter().enumerate() {
+        let expected = if 2 * i + 1 < painted.len() { red } else { blue };
+        if 2 * i + 1 != painted.len() {
+            assert_eq!((buffer[*position].fg, buffer[*position].bg), (expected, expected), "column {i}");
+        }
+    }
+}
+
+#[test]
+fn without_colours_the_picture_is_made_of_characters() {
+    let mut stage = Stage::new((80, 24), ColorMode::None);
+    assert!(stage.compile());
+    stage.tile(|x, _| [x as f32 / WIDTH as f32; 3]);
+    let buffer = stage.buffer();
+    for cell in buffer.content() {
+        assert_eq!((cell.fg, cell.bg), (Color::Reset, Color::Reset));
+        assert_ne!(cell.symbol(), "▀");
+    }
+    let row: String = (0..80).map(|x| buffer[(x, 8)].symbol()).collect();
+    let row = row.trim();
+    assert!(row.starts_with(['.', ':']) && row.ends_with('@'), "{row}");
+}
+
+#[test]
+fn every_screen_from_1_by_1_to_300_by_100_can_be_drawn() {
+    let widths = (1..=12).chain([19, 20, 38, 39, 40, 41, 73, 74, 75, 79, 80, 120, 139, 140, 200, 300]);
+    for columns in widths {
+        for rows in (1..=26).chain([59, 60, 100]) {
+            for mode in [ColorMode::Truecolor, ColorMode::None] {
+                let mut stage = Stage::new((columns, rows), mode);
+                stage.text();
+                stage.compile();
+                stage.tile(|_, _| [0.5; 3]);
+                stage.text();
+                stage.keys("++?x");
+                stage.text();
+                stage.keys("?");
+                stage.tell(Event::Render(RenderEvent::Finished));
+                stage.tell(Event::Resize(rows, columns));
+                stage.text();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_real_render_ends_with_the_film_that_the_workers_made() {
+    let mut stage = Stage::started((80, 24));
+    let Some(Effect::Start(scene)) = stage.effects.pop() else { panic!("nothing to start") };
+    let mut film = Film::new(WIDTH, HEIGHT);
+    let settings = Settings { threads: NonZeroUsize::MIN.saturating_add(1), tile_size: 8 };
+    for event in start(scene, settings).events() {
+        if let RenderEvent::TileFinished { tile, .. } = &event {
+            film.write(tile);
+        }
+        stage.tell(Event::Render(event));
+    }
+    assert_eq!(stage.app.film().hash(), film.hash());
+    assert!(matches!(stage.effects[..], [Effect::Save(100)]));
+}
+
+// What goes over the line.
+
+/// A terminal at the far end.
+struct FarEnd {
+    parser: vt100::Parser,
+    bytes: usize,
+}
+
+impl FarEnd {
+    fn new(columns: u16, rows: u16) -> Self {
+        let [rows, columns] = [rows, columns].map(|n| NonZeroU16::new(n).unwrap());
+        Self { parser: vt100::Parser::new(rows, columns, 0), bytes: 0 }
+    }
+
+    /// Sends chunks until nothing is left to send.
+    fn receive(&mut self, screen: &mut Screen, frame: &Frame, allowance: usize) {
+        loop {
+            let (chunk, complete) = screen.chunk(frame, allowance);
+            // A chunk ends with the segment that exceeds the allowance.
+            assert!(chunk.len() <= allowance + 16 * 45, "{} of {allowance}", chunk.len());
+            self.parser.process(&chunk);
+            self.bytes += chunk.len();
+            if complete {
+                return;
+            }
+        }
+    }
+
+    /// Upper and lower pixel of a cell.
+    fn pixels(&self, x: u16, y: u16) -> [[u8; 3]; 2] {
+        let cell = self.parser.screen().cell(y, x).unwrap();
+        let code = |color| match color {
+            vt100::Color::Rgb(r, g, b) => [r, g, b],
+            other => panic!("{other:?} at {x}, {y}"),
+        };
+        match cell.contents() {
+            "▀" => [code(cell.fgcolor()), code(cell.bgcolor())],
+            "▄" => [code(cell.bgcolor()), code(cell.fgcolor())],
+            "█" => [code(cell.fgcolor()); 2],
+            "" | " " => [code(cell.bgcolor()); 2],
+            other => panic!("{other:?} at {x}, {y}"),
+        }
+    }
+}
+
+/// Cells of pixels; `pixel` gives the sRGB code of a half cell.
+fn frame(columns: u16, rows: u16, exact: bool, pixel: impl Fn(u16, u16) -> [u8; 3]) -> Frame {
+    let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
+    for y in 0..rows {
+        for x in 0..columns {
+            let code = |y| {
+                let [r, g, b] = pixel(x, y);
+                Color::Rgb(r, g, b)
+            };
+            buffer[(x, y)].set_symbol("▀").set_fg(code(2 * y)).set_bg(code(2 * y + 1));
+        }
+    }
+    Frame { buffer, exact }
+}
+
+/// Balls over a chequered floor, as the program renders them.
+fn balls(width: u32, height: u32) -> Film {
+    let mut desc = scene();
+    (desc.film.width, desc.film.height) = (width, height);
+    let material = |name: &str, color, reflect, texture| MaterialDesc {
+        name: name.into(),
+        color,
+        reflect,
+        texture,
+        ..MaterialDesc::default()
+    };
+    let checker = TextureSource::Checker { colors: [Rgb::grey(0.8), Rgb::new(0.02, 0.03, 0.1)], size: 1.0 };
+    let texture = TextureDesc { source: checker, scale: glam::DVec2::ONE, offset: glam::DVec2::ZERO };
+    // Under a directional light the squares of the floor and the sky are even, as in most pictures of this kind.
+    desc.lights[0].kind = LightKind::Directional { direction: glam::DVec3::new(-1.0, -2.0, -0.7) };
+    desc.materials.push(MaterialDesc { specular: 0.0, ..material("floor", Rgb::WHITE, 0.0, Some(texture)) });
+    desc.materials.push(material("ball", Rgb::new(0.7, 0.2, 0.1), 0.3, None));
+    desc.objects.clear();
+    for (x, z) in [(-1.2, 0.0), (0.4, 1.0), (1.3, -1.5)] {
+        let mut ball = ObjectDesc::new(ShapeDesc::Sphere { radius: 0.8 });
+        (ball.translate, ball.material) = (glam::DVec3::new(x, 0.0, z), Some("ball".into()));
+        desc.objects.push(ball);
+    }
+    let mut floor = ObjectDesc::new(ShapeDesc::Plane);
+    (floor.translate.y, floor.material) = (-0.8, Some("floor".into()));
+    desc.objects.push(floor);
+    desc.world.background = Background::Solid(Rgb::new(0.2, 0.4, 0.8));
+    film_of(&desc)
+}
+
+fn film_of(desc: &SceneDesc) -> Film {
+    let scene = Arc::new(compile(desc, None).unwrap());
+    let mut film = Film::new(scene.width, scene.height);
+    for event in start(scene, Settings::default()).events() {
+        if let RenderEvent::TileFinished { tile, .. } = event {
+            film.write(&tile);
+        }
+    }
+    film
+}
+
+/// A film by formula.
+fn film(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 3]) -> Film {
+    let mut film = Film::new(width, height);
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
+    film.write(&TileImage { rect: Tile { x: 0, y: 0, width, height }, pixels });
+    film
+}
+
+/// The exact mean of the film's part of a half cell, linear: columns and rows divide the film evenly here.
+fn exact(film: &Film, columns: u32, rows: u32, x: u32, y: u32) -> [f64; 3] {
+    let (wide, high) = (film.width() / columns, film.height() / rows);
+    assert_eq!((wide * columns, high * rows), (film.width(), film.height()));
+    let mut sum = [0.0; 3];
+    for j in y * high..(y + 1) * high {
+        for i in x * wide..(x + 1) * wide {
+            for (sum, v) in sum.iter_mut().zip(film.pixel(i, j)) {
+                *sum += f64::from(v.clamp(0.0, 1.0)) / f64::from(wide * high);
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn what_the_far_end_shows_is_the_box_filtered_film_to_55_decibels() {
+    let (width, height) = (960, 480);
+    let gradient = film(width, height, |x, y| [x as f32 / 960.0, y as f32 / 480.0, 0.3]);
+    // Squares that shrink to a pixel: the mean of black and white is not the code in the middle.
+    let chirp = film(width, height, |x, y| {
+        let size = 1 + (959 - x) / 60;
+        if (x / size + y / size) % 2 == 0 { [1.0; 3] } else { [0.0; 3] }
+    });
+    for (name, film) in [("gradient", gradient), ("checker", chirp), ("balls", balls(width, height))] {
+        let mut preview = glimt::tui::preview::Preview::default();
+        preview.set_film(width, height);
+        preview.set_area(120, 30);
+        preview.refresh(&film);
+        let area = Rect::new(0, 0, 120, 30);
+        let mut buffer = Buffer::empty(area);
+        preview.paint(area, &mut buffer, ColorMode::Truecolor);
+        let stock = stock_bytes(&buffer);
+        let (mut far, mut screen) = (FarEnd::new(120, 30), Screen::default());
+        far.receive(&mut screen, &Frame { buffer, exact: true }, usize::MAX / 2);
+        let mut squares = 0.0;
+        for y in 0..60u16 {
+            for x in 0..120u16 {
+                let shown = far.pixels(x, y / 2)[usize::from(y % 2)];
+                let curve = |v: f64| 255.0 * if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+                for (code, mean) in shown.iter().zip(exact(&film, 120, 60, x.into(), y.into())) {
+                    squares += (f64::from(*code) - curve(mean)).powi(2);
+                }
+            }
+        }
+        let decibels = 10.0 * (255.0 * 255.0 / (squares / (120.0 * 60.0 * 3.0))).log10();
+        assert!(decibels >= 55.0, "{name}: {decibels:.1} dB");
+        println!("{name}: {decibels:.1} dB, {} bytes, {stock} from ratatui's own backend", far.bytes);
+        let even = if name == "balls" { 0.9 } else { 1.0 };
+        assert!(far.bytes as f64 <= even * stock as f64, "{name}: {} bytes of {stock}", far.bytes);
+    }
+}
+
+/// What ratatui's own backend sends for a whole screen.
+fn stock_bytes(buffer: &Buffer) -> usize {
+    let mut bytes = Vec::new();
+    let cells = buffer.area.positions().map(|p| (p.x, p.y, &buffer[p]));
+    CrosstermBackend::new(&mut bytes).draw(cells).unwrap();
+    bytes.len()
+}
+
+#[test]
+fn noise_costs_no_more_than_37_bytes_a_cell() {
+    let mut random = SplitMix64(5);
+    let codes: Vec<[u8; 3]> = (0..80 * 48).map(|_| [(); 3].map(|()| random.next_u64() as u8)).collect();
+    let frame = frame(80, 24, true, |x, y| codes[usize::from(y) * 80 + usize::from(x)]);
+    let (mut far, mut screen) = (FarEnd::new(80, 24), Screen::default());
+    far.receive(&mut screen, &frame, usize::MAX / 2);
+    assert!(far.bytes <= 37 * 80 * 24, "{} a cell", far.bytes as f64 / (80.0 * 24.0));
+}
+
+/// A picture that converges: noise of ever smaller size over a gradient.
+fn converging(step: u32, exact: bool) -> Frame {
+    let seed = |x: u16, y: u16| SplitMix64(u64::from(step) << 32 | u64::from(x) << 16 | u64::from(y));
+    frame(80, 24, exact, |x, y| {
+        let mut random = seed(x, y);
+        let noise = (random.next_u64() % 1000) as f64 / 1000.0 - 0.5;
+        let light = f64::from(x) / 100.0 + 0.1 + 0.3 * noise / f64::from(step + 1);
+        [linear_to_srgb8(light), linear_to_srgb8(light * 0.8), linear_to_srgb8(srgb8_to_linear(90))]
+    })
+}
+
+#[test]
+fn colours_are_held_while_nobody_can_see_the_difference_and_exact_at_the_end() {
+    let (mut far, mut screen) = (FarEnd::new(80, 24), Screen::default());
+    let (mut all, mut everything) = (FarEnd::new(80, 24), Screen::default());
+    for step in 0..60 {
+        let frame = converging(step, false);
+        far.receive(&mut screen, &frame, usize::MAX / 2);
+        all.receive(&mut everything, &Frame { exact: true, ..frame.clone() }, usize::MAX / 2);
+        for y in 0..24 {
+            for x in 0..80 {
+                let wanted = [frame.buffer[(x, y)].fg, frame.buffer[(x, y)].bg];
+                for (wanted, shown) in wanted.into_iter().zip(far.pixels(x, y)) {
+                    let Color::Rgb(r, g, b) = wanted else { panic!("no colour") };
+                    assert!(delta_e([r, g, b], shown) <= 1.0, "step {step}: {wanted:?} as {shown:?}");
+                }
+            }
+        }
+    }
+    assert!(2 * far.bytes < all.bytes, "{} against {}", far.bytes, all.bytes);
+    let last = converging(59, true);
+    far.receive(&mut screen, &last, usize::MAX / 2);
+    for y in 0..24 {
+        for x in 0..80 {
+            assert_eq!(far.pixels(x, y), all.pixels(x, y));
+        }
+    }
+    assert!(screen.chunk(&last, 1000).0.is_empty());
+}
+
+#[test]
+fn small_chunks_reach_the_same_screen_with_the_status_line_first() {
+    let mut stage = Stage::finished((80, 24));
+    let frame = Frame { buffer: stage.buffer(), exact: true };
+    let (mut whole, mut slow) = (FarEnd::new(80, 24), FarEnd::new(80, 24));
+    whole.receive(&mut Screen::default(), &frame, usize::MAX / 2);
+    let mut screen = Screen::default();
+    let (first, complete) = screen.chunk(&frame, 300);
+    slow.parser.process(&first);
+    assert!(!complete);
+    assert!(slow.parser.screen().contents().contains("finished"));
+    slow.receive(&mut screen, &frame, 300);
+    assert_eq!(slow.parser.screen().contents_formatted(), whole.parser.screen().contents_formatted());
+    // Text as the view has it.
+    for (row, line) in stage.text().lines().enumerate().skip(18) {
+        let shown: String = slow.parser.screen().rows(0, 80).nth(row).unwrap();
+        assert_eq!(shown.trim_end(), line.trim_end());
+    }
+}
+
+#[test]
+fn a_wide_character_in_a_name_does_not_shift_what_follows() {
+    let mut app = App::new(scene(), "球と円", Path::new("球.png"), 2, ColorMode::Truecolor, (80, 24));
+    app.refresh(Instant::now());
+    let mut buffer = Buffer::empty(Rect::new(0, 0, 80, 24));
+    view(&app, &mut buffer);
+    let (mut far, mut screen) = (FarEnd::new(80, 24), Screen::default());
+    far.receive(&mut screen, &Frame { buffer, exact: true }, usize::MAX / 2);
+    let row = far.parser.screen().rows(0, 80).find(|row| row.contains('球')).unwrap();
+    assert!(row.contains("球と円  64×36  whitted"), "{row}");
+}
+
+#[test]
+fn the_readme_has_the_table_of_keys() {
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    assert!(readme.contains(&command::markdown()), "put this into README.md:\n{}", command::markdown());
+}
