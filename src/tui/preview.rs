@@ -268,8 +268,7 @@ fn mean(film: &Film, column: &Footprint, row: &Footprint) -> [u8; 3] {
         for (x, pixel) in (column.first..).zip(pixels) {
             let weight = column.weight(x);
             for (sum, value) in line.iter_mut().zip(pixel) {
-                // Not `clamp`, which would keep a NaN.
-                *sum += weight * f64::from(value.max(0.0).min(1.0));
+                *sum += weight * f64::from(value.clamp(0.0, 1.0));
             }
         }
         for (sum, line) in sum.iter_mut().zip(line) {
