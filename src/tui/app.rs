@@ -199,6 +199,8 @@ impl App {
             Event::Resize(columns, rows) => {
                 self.size = (columns, rows);
                 self.lay_out();
+                // Even if it is the same size again: what was on the screen may be broken.
+                return vec![Effect::Redraw];
             }
             Event::Render(event) => return self.render(event, now),
             Event::Compiled(result) => return self.compiled(result, now),
