@@ -255,7 +255,14 @@ impl App {
         let old = self.shown.as_ref().is_none_or(|(_, at)| now.saturating_duration_since(*at) >= NUMBERS_PERIOD);
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
         if old || ended {
+            let before = self.shown.take();
             self.shown = self.progress.clone().map(|progress| (progress, now));
+            // Between two tiles a worker is shown at the one it has just left: that is a matter of microseconds.
+            if let (Some((progress, _)), Some((before, _)), false) = (&mut self.shown, before, ended) {
+                for (worker, before) in progress.workers.iter_mut().zip(before.workers) {
+                    worker.current = worker.current.or(before.current);
+                }
+            }
         }
     }
 

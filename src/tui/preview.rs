@@ -103,8 +103,8 @@ impl Footprint {
 
 /// A film pixel may become this many preview pixels wide.
 const LARGEST_PIXEL: f64 = 16.0;
-/// Characters without colour, by lightness.
-const RAMP: &[u8] = b" .:-=+*#%@";
+/// Characters without colour, by lightness on a dark ground (Bourke, "Character representation of grey scale images").
+const RAMP: &[u8] = b" .'`^\",:;Il!i><~+_-?][}{1)(|\\/tfjrxnuvczXYUJCLQ0OZmwqpdbkhao*#MW&8%B@$";
 
 impl Default for Preview {
     /// Nothing to show yet.
