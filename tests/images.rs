@@ -208,6 +208,12 @@ fn nested_bodies_refract_as_the_bodies_that_contain_each_point_say() {
             sphere(DVec3::ZERO, 1.0, "glass"),
             sphere(v(0.2, 0.1, 0.1), 0.5, "air"),
         ],
+        // The same bodies the other way round in the file.
+        vec![
+            sphere(v(0.2, 0.1, 0.1), 0.5, "air"),
+            sphere(DVec3::ZERO, 1.0, "glass"),
+            cuboid(DVec3::ZERO, v(3.0, 2.2, 2.2), "water"),
+        ],
         // A pearl in a ball of glass, beside a cone that stands half in a block.
         vec![
             sphere(v(-0.6, 0.0, 0.0), 0.9, "fresnel"),

@@ -390,7 +390,7 @@ fn without_colours_the_picture_is_made_of_characters() {
     }
     let row: String = (0..80).map(|x| buffer[(x, 8)].symbol()).collect();
     let row = row.trim();
-    assert!(row.starts_with(['.', ':']) && row.ends_with('@'), "{row}");
+    assert!(" .'`^\",:;Il!i><~+".contains(&row[..1]) && row.ends_with('$'), "{row}");
 }
 
 #[test]
@@ -452,6 +452,8 @@ impl FarEnd {
             // A chunk ends with the segment that exceeds the allowance.
             assert!(chunk.len() <= allowance + 16 * 45, "{} of {allowance}", chunk.len());
             self.parser.process(&chunk);
+            // The question at the end of a chunk moves the cursor.
+            self.parser.process(b"\x1b[2;3H");
             self.bytes += chunk.len();
             if complete {
                 return;
@@ -685,6 +687,6 @@ fn a_wide_character_in_a_name_does_not_shift_what_follows() {
 
 #[test]
 fn the_readme_has_the_table_of_keys() {
-    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap_or_default();
     assert!(readme.contains(&command::markdown()), "put this into README.md:\n{}", command::markdown());
 }

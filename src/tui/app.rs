@@ -199,6 +199,8 @@ impl App {
             Event::Resize(columns, rows) => {
                 self.size = (columns, rows);
                 self.lay_out();
+                // Even if it is the same size again: what was on the screen may be broken.
+                return vec![Effect::Redraw];
             }
             Event::Render(event) => return self.render(event, now),
             Event::Compiled(result) => return self.compiled(result, now),
@@ -253,7 +255,14 @@ impl App {
         let old = self.shown.as_ref().is_none_or(|(_, at)| now.saturating_duration_since(*at) >= NUMBERS_PERIOD);
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
         if old || ended {
+            let before = self.shown.take();
             self.shown = self.progress.clone().map(|progress| (progress, now));
+            // Between two tiles a worker is shown at the one it has just left: that is a matter of microseconds.
+            if let (Some((progress, _)), Some((before, _)), false) = (&mut self.shown, before, ended) {
+                for (worker, before) in progress.workers.iter_mut().zip(before.workers) {
+                    worker.current = worker.current.or(before.current);
+                }
+            }
         }
     }
 

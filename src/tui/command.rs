@@ -153,7 +153,7 @@ const fn always(group: &'static str, keys: &'static [(Key, Command)], help: &'st
 }
 
 impl Binding {
-    /// Its keys as text: `q Ctrl-c`, `h j k l`, `Shift-←↓↑→`.
+    /// Its keys as text: `q Ctrl-C`, `h j k l`, `Shift-←↓↑→`.
     pub fn keys_text(&self) -> String {
         if self.keys.iter().all(|(key, _)| key.shift) {
             let arrows = self.keys.iter().map(|(key, _)| Key::plain(key.code).to_string());

@@ -41,8 +41,9 @@ impl Encoder {
         self.out.len()
     }
 
-    /// The bytes gathered, which the caller will send.
+    /// The bytes gathered, which the caller will send, and may move the cursor afterwards.
     pub fn take(&mut self) -> Vec<u8> {
+        self.cursor = None;
         std::mem::take(&mut self.out)
     }
 

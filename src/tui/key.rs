@@ -59,7 +59,7 @@ impl Key {
 }
 
 impl fmt::Display for Key {
-    /// As people write it: `q`, `Ctrl-c`, `Shift-←`.
+    /// As people write it: `q`, `Ctrl-C`, `Shift-←`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (set, name) in [(self.ctrl, "Ctrl-"), (self.alt, "Alt-"), (self.shift, "Shift-")] {
             if set {
@@ -68,6 +68,7 @@ impl fmt::Display for Key {
         }
         match self.code {
             Code::Char(' ') => f.write_str("Space"),
+            Code::Char(c) if self.ctrl => write!(f, "{}", c.to_ascii_uppercase()),
             Code::Char(c) => write!(f, "{c}"),
             Code::Up => f.write_str("↑"),
             Code::Down => f.write_str("↓"),

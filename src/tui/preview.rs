@@ -103,8 +103,8 @@ impl Footprint {
 
 /// A film pixel may become this many preview pixels wide.
 const LARGEST_PIXEL: f64 = 16.0;
-/// Characters without colour, by lightness.
-const RAMP: &[u8] = b" .:-=+*#%@";
+/// Characters without colour, by lightness on a dark ground (Bourke, "Character representation of grey scale images").
+const RAMP: &[u8] = b" .'`^\",:;Il!i><~+_-?][}{1)(|\\/tfjrxnuvczXYUJCLQ0OZmwqpdbkhao*#MW&8%B@$";
 
 impl Default for Preview {
     /// Nothing to show yet.
@@ -268,8 +268,7 @@ fn mean(film: &Film, column: &Footprint, row: &Footprint) -> [u8; 3] {
         for (x, pixel) in (column.first..).zip(pixels) {
             let weight = column.weight(x);
             for (sum, value) in line.iter_mut().zip(pixel) {
-                // Not `clamp`, which would keep a NaN.
-                *sum += weight * f64::from(value.max(0.0).min(1.0));
+                *sum += weight * f64::from(value.clamp(0.0, 1.0));
             }
         }
         for (sum, line) in sum.iter_mut().zip(line) {

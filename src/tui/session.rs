@@ -38,6 +38,8 @@ struct Session {
     /// When the next frame is due.
     frame_due: Option<Instant>,
     last_frame: Instant,
+    /// The next frame is to be sent whole.
+    fresh: bool,
 }
 
 /// See [`super::run`].
@@ -72,8 +74,18 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let saver = Saver::new(output, &events.0);
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
-    let session =
-        Session { app, settings, render: None, events, mailbox, guard, saver, frame_due: Some(now), last_frame: now };
+    let session = Session {
+        app,
+        settings,
+        render: None,
+        events,
+        mailbox,
+        guard,
+        saver,
+        frame_due: Some(now),
+        last_frame: now,
+        fresh: true,
+    };
     session.run()
 }
 
@@ -161,9 +173,8 @@ impl Session {
                     Ok((columns, rows)) => self.take(Event::Resize(columns, rows)),
                     Err(_) => self.take(Event::HungUp),
                 }
-                self.mailbox.forget();
             }
-            Effect::Redraw => self.mailbox.forget(),
+            Effect::Redraw => self.fresh = true,
             Effect::Detach => terminal::detach(),
         }
     }
@@ -178,7 +189,8 @@ impl Session {
         let (columns, rows) = self.app.size();
         let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
         view(&self.app, &mut buffer);
-        self.mailbox.post(Frame { buffer, exact: self.app.is_final() });
+        let fresh = std::mem::take(&mut self.fresh);
+        self.mailbox.post(Frame { buffer, exact: self.app.is_final() }, fresh);
     }
 
     /// Restores the terminal, lets saves that have begun come to their end, and says how it went.

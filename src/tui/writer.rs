@@ -172,16 +172,20 @@ struct State {
 struct Mail {
     frame: Option<Frame>,
     answers: Vec<(u16, Instant)>,
-    forget: bool,
+    fresh: bool,
 }
 
 /// An answer that takes longer is not waited for when the terminal is given back.
 const HOLD_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Mailbox {
-    /// The newest frame replaces one that was not taken.
-    pub fn post(&self, frame: Frame) {
-        self.lock().mail.frame = Some(frame);
+    /// The newest frame replaces one that was not taken. `fresh`: what the terminal shows may have been destroyed, so
+    /// everything is to be sent, held or not.
+    pub fn post(&self, frame: Frame, fresh: bool) {
+        let mut state = self.lock();
+        state.mail.frame = Some(frame);
+        state.mail.fresh |= fresh;
+        state.held &= !fresh;
         self.0.1.notify_all();
     }
 
@@ -198,13 +202,6 @@ impl Mailbox {
         let _ = self.0.1.wait_timeout_while(state, HOLD_PATIENCE, |state| state.asked);
     }
 
-    /// What the terminal shows has been destroyed: everything is to be sent again, held or not.
-    pub fn forget(&self) {
-        let mut state = self.lock();
-        (state.mail.forget, state.held) = (true, false);
-        self.0.1.notify_all();
-    }
-
     fn lock(&self) -> MutexGuard<'_, State> {
         self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -213,9 +210,8 @@ impl Mailbox {
     fn wait(&self, until: Option<Instant>) -> Mail {
         let mut state = self.lock();
         loop {
-            let Mail { frame, answers, forget } = &state.mail;
             let late = until.is_some_and(|until| until <= Instant::now());
-            if late || frame.is_some() || !answers.is_empty() || *forget {
+            if late || state.mail.frame.is_some() || !state.mail.answers.is_empty() {
                 return std::mem::take(&mut state.mail);
             }
             let arrived = &self.0.1;
@@ -257,9 +253,8 @@ pub fn run(mailbox: &Mailbox, terminal: &Terminal) -> io::Result<()> {
                 mailbox.set_asked(false);
             }
         }
-        if mail.forget {
+        if mail.fresh {
             screen.forget();
-            complete = false;
         }
         if mail.frame.is_some() {
             frame = mail.frame;
