@@ -4,8 +4,9 @@
 mod support;
 
 use glam::{DVec2, DVec3};
+use glimt::bvh::TreeKernels;
 use glimt::description::*;
-use glimt::geometry::{Hit, Kernels, Ray, Reference, Robust};
+use glimt::geometry::{Hit, Ray, Reference, Robust, TriangleRay};
 use glimt::math::{Rgb, SplitMix64};
 use glimt::scene::{Scene, Shape};
 use std::collections::HashMap;
@@ -15,7 +16,7 @@ use support::twin::Twin;
 use support::*;
 
 /// The closest of all hits of all primitives, each tested on its own.
-fn brute_force<K: Kernels>(scene: &Scene, ray: &Ray) -> Option<Hit> {
+fn brute_force<K: TreeKernels>(scene: &Scene, ray: &Ray) -> Option<Hit> {
     let mut best: Option<Hit> = None;
     let mut take = |hit: Hit| {
         if best.is_none_or(|b| hit.beats(&b)) {
@@ -24,15 +25,15 @@ fn brute_force<K: Kernels>(scene: &Scene, ray: &Ray) -> Option<Hit> {
     };
     for (object, o) in (0..).zip(scene.objects()) {
         if let Shape::Mesh(mesh) = &o.shape {
-            let prepared = K::triangle_ray(&ray.transformed(&o.map.inverse));
+            let prepared = TriangleRay::new(&ray.transformed(&o.map.inverse));
             for primitive in 0..mesh.len() as u32 {
                 let corners = mesh.corners(primitive).map(|p| p.as_vec3());
-                if let Some((t, u, v)) = K::triangle(&prepared, &corners, ray.t_max) {
+                if let Some((t, u, v)) = prepared.intersect(&corners, ray.t_max) {
                     take(Hit { t, object, primitive, u, v });
                 }
             }
-        } else if let Some((t, primitive, u, v)) = o.intersect::<K>(ray) {
-            take(Hit { t, object, primitive, u, v });
+        } else if let Some(hit) = o.intersect::<K>(ray, object) {
+            take(hit);
         }
     }
     best
@@ -64,7 +65,8 @@ fn random_ray(rng: &mut SplitMix64, size: f64, corners: &[DVec3]) -> Ray {
     };
     let mut direction = (target - origin).normalize_or(DVec3::X);
     if kind == 7 {
-        direction = [DVec3::X, DVec3::NEG_Y, DVec3::Z, v(0.6, 0.8, 0.0), v(0.0, -0.6, 0.8)][(rng.next_u64() % 5) as usize];
+        direction =
+            [DVec3::X, DVec3::NEG_Y, DVec3::Z, v(0.6, 0.8, 0.0), v(0.0, -0.6, 0.8)][(rng.next_u64() % 5) as usize];
     }
     let mut ray = Ray::new(origin, direction);
     if kind == 5 {
@@ -79,7 +81,7 @@ fn bumpy(n: usize) -> (String, Vec<DVec3>) {
     let (mut text, mut points) = (String::new(), Vec::new());
     for i in 0..=n {
         for j in 0..n {
-            let (t, p) = (3.0 * i as f64 / n as f64 + 0.07, 6.283185307 * j as f64 / n as f64);
+            let (t, p) = (3.0 * i as f64 / n as f64 + 0.07, std::f64::consts::TAU * j as f64 / n as f64);
             let r = 0.8 + 0.2 * (5.0 * t).sin() * (3.0 * p).cos();
             let q = v(r * t.sin() * p.sin(), r * t.cos(), r * t.sin() * p.cos());
             text += &format!("v {} {} {}\n", q.x, q.y, q.z);
@@ -138,7 +140,7 @@ fn crowd(n: usize, seed: u64, model: Option<&Path>) -> SceneDesc {
 }
 
 /// Compares so many rays; returns how many of them hit something.
-fn check<K: Kernels>(scene: &Arc<Scene>, rays: usize, seed: u64, corners: &[DVec3]) -> usize {
+fn check<K: TreeKernels>(scene: &Arc<Scene>, rays: usize, seed: u64, corners: &[DVec3]) -> usize {
     let mut rng = SplitMix64(seed);
     let mut hits = 0;
     for i in 0..rays {
@@ -154,7 +156,8 @@ fn check<K: Kernels>(scene: &Arc<Scene>, rays: usize, seed: u64, corners: &[DVec
 
 #[test]
 fn the_tree_over_objects_finds_what_brute_force_finds() {
-    for (n, rays) in [(0, 1000), (1, 100_000), (2, 100_000), (3, 100_000), (10, 150_000), (60, 100_000), (300, 40_000)] {
+    for (n, rays) in [(0, 1000), (1, 100_000), (2, 100_000), (3, 100_000), (10, 150_000), (60, 100_000), (300, 40_000)]
+    {
         let d = crowd(n, 40 + n as u64, None);
         let scene = compile(&d);
         let corners: Vec<DVec3> = d.objects.iter().map(|o| o.translate).collect();
@@ -235,7 +238,8 @@ fn surfaces_lie_on_the_ray_and_normals_and_sides_agree_with_the_naive_tracer() {
     for _ in 0..50_000 {
         let origin = unit(&mut rng) * 3.0;
         let ray = Ray::new(origin, (unit(&mut rng) * rng.unit() - origin).normalize());
-        let (Some(hit), Some(want)) = (scene.intersect::<Robust>(&ray), twin.nearest(ray.origin, ray.direction, 0.0)) else {
+        let (Some(hit), Some(want)) = (scene.intersect::<Robust>(&ray), twin.nearest(ray.origin, ray.direction, 0.0))
+        else {
             continue;
         };
         // Far from outlines and edges, where the naive tracer has the digits.

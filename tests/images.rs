@@ -64,8 +64,22 @@ fn palette(rng: &mut SplitMix64) -> Vec<MaterialDesc> {
             ..bare("chequered", Rgb::WHITE)
         },
         MaterialDesc { diffuse: 0.1, specular: 0.6, reflect: 0.7, ..bare("mirror", colors(rng)) },
-        MaterialDesc { diffuse: 0.1, specular: 0.4, reflect: 0.1, transmit: 0.8, ior: 1.3, ..bare("glass", colors(rng)) },
-        MaterialDesc { specular: 0.3, reflect: 0.2, ior: 1.5, fresnel: true, transmit: 0.75, ..bare("fresnel", colors(rng)) },
+        MaterialDesc {
+            diffuse: 0.1,
+            specular: 0.4,
+            reflect: 0.1,
+            transmit: 0.8,
+            ior: 1.3,
+            ..bare("glass", colors(rng))
+        },
+        MaterialDesc {
+            specular: 0.3,
+            reflect: 0.2,
+            ior: 1.5,
+            fresnel: true,
+            transmit: 0.75,
+            ..bare("fresnel", colors(rng))
+        },
         MaterialDesc { diffuse: 0.4, reflect: 0.9, ior: 1.6, fresnel: true, ..bare("lacquer", colors(rng)) },
         MaterialDesc { diffuse: 0.2, transmit: 0.6, ..bare("pane", colors(rng)) },
     ];
@@ -168,7 +182,8 @@ fn media(objects: Vec<ObjectDesc>) -> SceneDesc {
     let mut d = desc(96, 72, perspective(v(0.4, 1.0, 4.2), v(0.0, 0.0, 0.0), DVec3::Y, 42.0));
     d.world.background = SKY;
     d.render.max_depth = 10;
-    let glass = |name: &str, ior, priority| MaterialDesc { priority, reflect: 0.05, transmit: 0.95, ..clear(name, ior) };
+    let glass =
+        |name: &str, ior, priority| MaterialDesc { priority, reflect: 0.05, transmit: 0.95, ..clear(name, ior) };
     d.materials = vec![
         glass("glass", 1.5, 0),
         glass("water", 1.33, 0),
@@ -193,6 +208,12 @@ fn nested_bodies_refract_as_the_bodies_that_contain_each_point_say() {
             sphere(DVec3::ZERO, 1.0, "glass"),
             sphere(v(0.2, 0.1, 0.1), 0.5, "air"),
         ],
+        // The same bodies the other way round in the file.
+        vec![
+            sphere(v(0.2, 0.1, 0.1), 0.5, "air"),
+            sphere(DVec3::ZERO, 1.0, "glass"),
+            cuboid(DVec3::ZERO, v(3.0, 2.2, 2.2), "water"),
+        ],
         // A pearl in a ball of glass, beside a cone that stands half in a block.
         vec![
             sphere(v(-0.6, 0.0, 0.0), 0.9, "fresnel"),
@@ -207,6 +228,12 @@ fn nested_bodies_refract_as_the_bodies_that_contain_each_point_say() {
             sphere(v(1.2, 0.3, 0.1), 0.5, "air"),
         ],
         vec![sphere(v(-0.4, 0.0, 0.0), 0.9, "glass"), sphere(v(0.5, 0.1, 0.0), 0.7, "strong water")],
+        // An onion of eight shells.
+        (0..8)
+            .map(|i| {
+                sphere(v(0.02 * f64::from(i), 0.0, 0.0), 1.2 - 0.14 * f64::from(i), ["glass", "water"][i as usize % 2])
+            })
+            .collect(),
     ];
     for (i, objects) in scenes.into_iter().enumerate() {
         // Seen from outside; and from inside the first body.
@@ -214,6 +241,9 @@ fn nested_bodies_refract_as_the_bodies_that_contain_each_point_say() {
             let mut d = media(objects.clone());
             d.camera.position = eye;
             d.camera.look_at = v(0.3, 0.0, 0.0);
+            if d.objects.len() > 6 {
+                d.film = FilmDesc { width: 32, height: 24 }; // Every shell doubles the paths.
+            }
             compare(&format!("media-{i}"), &d, &Models::new(), 12);
         }
     }

@@ -60,11 +60,22 @@ fn everything(files: &Files, width: u32, height: u32) -> SceneDesc {
         offset: DVec2::new(0.1, 0.0),
     };
     d.materials = vec![
-        MaterialDesc { texture: checker(Rgb::WHITE, Rgb::new(0.2, 0.1, 0.3), 0.7), ambient: 0.1, ..matte("floor", Rgb::WHITE) },
+        MaterialDesc {
+            texture: checker(Rgb::WHITE, Rgb::new(0.2, 0.1, 0.3), 0.7),
+            ambient: 0.1,
+            ..matte("floor", Rgb::WHITE)
+        },
         MaterialDesc { texture: Some(picture), ambient: 0.2, ..matte("picture", Rgb::WHITE) },
         mirror("mirror", Rgb::grey(0.05), 0.85),
         fresnel("fresnel", 1.5),
-        MaterialDesc { specular: 0.6, diffuse: 0.1, reflect: 0.1, transmit: 0.8, ior: 1.3, ..bare("glass", Rgb::new(0.5, 0.1, 0.7)) },
+        MaterialDesc {
+            specular: 0.6,
+            diffuse: 0.1,
+            reflect: 0.1,
+            transmit: 0.8,
+            ior: 1.3,
+            ..bare("glass", Rgb::new(0.5, 0.1, 0.7))
+        },
     ];
     d.objects = vec![
         at(v(0.0, -0.5, 0.0), object(ShapeDesc::Plane, "floor")),
@@ -97,7 +108,11 @@ fn the_picture_has_the_same_bits_for_any_number_of_threads_and_any_size_of_tile(
         let scene = compile(&d);
         let want = film(&scene, 1, 8).hash();
         for (threads, tile_size) in [(2, 8), (3, 16), (7, 32), (1, 64), (7, 8), (2, 64), (3, 32)] {
-            assert_eq!(film(&scene, threads, tile_size).hash(), want, "{threads} threads, tiles of {tile_size}, {samples}");
+            assert_eq!(
+                film(&scene, threads, tile_size).hash(),
+                want,
+                "{threads} threads, tiles of {tile_size}, {samples}"
+            );
         }
         // Compiled again: the same too.
         assert_eq!(render(&d).hash(), want);

@@ -24,8 +24,9 @@ def text(v, digits):
     return " ".join(f"{x:.{digits}f}".rstrip("0").rstrip(".") or "0" for x in (x if abs(x) >= 10**-digits else 0.0 for x in v))
 
 
-def knot(along=220, around=18, torus=0.62, minor=0.27, tube=0.145):
-    """A (2, 3) torus knot about the y axis, swept with a circle."""
+def knot(along=220, around=18, turns=-5, torus=0.62, minor=0.27, tube=0.145):
+    """A (2, 3) torus knot about the y axis, swept with a circle. The grid winds around the tube, a whole number of `turns`
+    before it closes, so that stripes along the grid are spirals with smooth edges."""
     def centre(s):
         r = torus + minor * cos(3 * s)
         return (r * cos(2 * s), minor * sin(3 * s) * 1.15, r * sin(2 * s))
@@ -44,7 +45,7 @@ def knot(along=220, around=18, torus=0.62, minor=0.27, tube=0.145):
         s = 2 * pi * i / along
         c, (a, b) = centre(s), frame(s)
         for j in range(around):
-            t = 2 * pi * j / around
+            t = 2 * pi * (j / around + turns * i / along)
             n = add(mul(a, cos(t)), mul(b, sin(t)))
             normals.append(n)
             points.append(add(c, mul(n, tube)))
@@ -58,9 +59,7 @@ def knot(along=220, around=18, torus=0.62, minor=0.27, tube=0.145):
             for ci, cj in corners:
                 p = (ci % along) * around + cj % around + 1
                 quad.append(f"{p}/{ci * (around + 1) + cj + 1}/{p}")
-            # A stripe runs ten times around while the knot closes once.
-            stripe = (j * 10 // 10 + (i * around * 5) // along) % around
-            faces["coral" if stripe < 8 else "ivory" if stripe < 10 else "teal" if stripe < 16 else "ivory"].append("f " + " ".join(quad))
+            faces["coral" if j < 8 else "ivory" if j < 10 else "teal" if j < 16 else "ivory"].append("f " + " ".join(quad))
     # Counter-clockwise from outside: turn the faces if the first one looks inward.
     p0, p1, p2 = points[0], points[around], points[around + 1]
     if dot(cross(sub(p1, p0), sub(p2, p0)), normals[0]) < 0:

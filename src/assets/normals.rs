@@ -33,6 +33,18 @@ struct Spoke {
     neighbours: [u32; 2],
 }
 
+/// What is known of the faces before their corners are smoothed.
+struct Shape {
+    /// Unit normal of each face, 0 if it has none.
+    normals: Vec<Vec3>,
+    /// First corner of each face.
+    starts: Vec<u32>,
+    /// Face of each corner.
+    faces: Vec<u32>,
+    /// Angle at each corner, radians.
+    angles: Vec<f32>,
+}
+
 /// Normals of all corners; `None` if the file has none and wants every face flat. `crease` in degrees.
 pub(super) fn corner_normals(polygons: &Polygons, crease: f64) -> Option<Normals> {
     let Polygons { places, corners, indices, faces } = polygons;
@@ -49,6 +61,7 @@ pub(super) fn corner_normals(polygons: &Polygons, crease: f64) -> Option<Normals
         return None;
     }
 
+    let shape = Shape::of(polygons);
     // Corners by place: `around[first[p]..first[p + 1]]` are those at place p.
     let mut first = vec![0_u32; places.len() + 2];
     for &i in indices {
@@ -58,63 +71,75 @@ pub(super) fn corner_normals(polygons: &Polygons, crease: f64) -> Option<Normals
         first[p] += first[p - 1];
     }
     let mut around = vec![0_u32; indices.len()];
-    let mut face_normals = Vec::with_capacity(faces.len());
-    // Face and its first corner, of each corner.
-    let mut face_of = Vec::with_capacity(indices.len());
-    let mut start = 0;
-    for (number, face) in faces.iter().enumerate() {
-        let range = start..start + face.corners;
-        let points = range.clone().map(|i| polygons.position(i as usize));
-        face_normals.push(newell_normal(points).normalize_or_zero().as_vec3());
-        for i in range {
-            let slot = &mut first[polygons.place(i as usize) as usize + 1];
-            around[*slot as usize] = i;
-            *slot += 1;
-            face_of.push((number as u32, start));
-        }
-        start += face.corners;
+    for (i, &corner) in (0..).zip(indices) {
+        let slot = &mut first[corners[corner as usize].place as usize + 1];
+        around[*slot as usize] = i;
+        *slot += 1;
     }
-
     let mut fan = Fan::new(crease);
     for range in first.windows(2).take(places.len()) {
         let at_place = &around[range[0] as usize..range[1] as usize];
-        if at_place.iter().all(|&i| of_corners[i as usize] != Vec3::ZERO) {
-            continue;
+        if !fan.smooth_as_one(at_place, polygons, &shape, &mut of_corners) {
+            fan.smooth_in_parts(at_place, polygons, &shape, &mut of_corners);
         }
-        fan.spokes.clear();
-        for &i in at_place {
-            let (number, start) = face_of[i as usize];
-            let face = faces[number as usize];
-            let normal = face_normals[number as usize];
-            if normal != Vec3::ZERO {
-                fan.spokes.push(spoke(polygons, i, start, face.corners, normal, face.smoothing));
-            }
-        }
-        fan.smooth(&mut of_corners);
     }
     Some(Normals { of_corners, computed: true })
 }
 
-fn spoke(polygons: &Polygons, corner: u32, start: u32, count: u32, normal: Vec3, smoothing: Smoothing) -> Spoke {
+impl Shape {
+    fn of(polygons: &Polygons) -> Self {
+        let (corners, faces) = (polygons.indices.len(), polygons.faces.len());
+        let mut shape = Self {
+            normals: Vec::with_capacity(faces),
+            starts: Vec::with_capacity(faces),
+            faces: Vec::with_capacity(corners),
+            angles: Vec::with_capacity(corners),
+        };
+        let mut start = 0;
+        for (number, face) in (0..).zip(&polygons.faces) {
+            let range = start..start + face.corners;
+            let points = range.clone().map(|i| polygons.position(i as usize));
+            shape.normals.push(newell_normal(points).normalize_or_zero().as_vec3());
+            shape.starts.push(start);
+            shape.faces.extend(range.clone().map(|_| number));
+            shape.angles.extend(range.map(|i| {
+                let places = neighbours(polygons, i, start, face.corners);
+                let [to, from] = places.map(|p| polygons.places[p as usize].as_dvec3());
+                let here = polygons.position(i as usize).as_dvec3();
+                let (a, b) = (to - here, from - here);
+                let cosine = a.dot(b) / (a.length_squared() * b.length_squared()).sqrt();
+                // All corners in one place span nothing.
+                if cosine.is_finite() { cosine.clamp(-1.0, 1.0).acos() as f32 } else { 0.0 }
+            }));
+            start += face.corners;
+        }
+        shape
+    }
+}
+
+/// Places of the nearest corners before and after that are somewhere else. They are not looked for far, for this is
+/// asked at each corner.
+#[inline]
+fn neighbours(polygons: &Polygons, corner: u32, start: u32, count: u32) -> [u32; 2] {
     let here = polygons.place(corner as usize);
-    // The nearest corner in steps of `step` that is somewhere else; not looked for far, for this is asked at each.
-    let other = |step: u32| {
+    let other = |back: bool| {
         let mut at = corner - start;
+        let mut place = here;
         for _ in 1..count.min(8) {
-            at = (at + step) % count;
-            if polygons.place((start + at) as usize) != here {
+            at = match (back, at) {
+                (true, 0) => count - 1,
+                (true, _) => at - 1,
+                (false, _) if at + 1 == count => 0,
+                (false, _) => at + 1,
+            };
+            place = polygons.place((start + at) as usize);
+            if place != here {
                 break;
             }
         }
-        polygons.place((start + at) as usize)
+        place
     };
-    let neighbours = [other(count - 1), other(1)];
-    let [to, from] = neighbours.map(|p| polygons.places[p as usize].as_dvec3());
-    let place = polygons.places[here as usize].as_dvec3();
-    let (a, b) = (to - place, from - place);
-    let cosine = a.dot(b) / (a.length_squared() * b.length_squared()).sqrt();
-    let angle = if cosine.is_finite() { cosine.clamp(-1.0, 1.0).acos() as f32 } else { 0.0 };
-    Spoke { corner, normal, angle, smoothing, neighbours }
+    [other(true), other(false)]
 }
 
 /// The faces around one place, and working memory kept from place to place.
@@ -148,9 +173,46 @@ impl Fan {
         }
     }
 
-    /// Sets the normals of the corners at this place that have none.
-    fn smooth(&mut self, normals: &mut [Vec3]) {
-        self.gather();
+    /// On most places of most models all faces belong together: sets the missing normals if that is so.
+    fn smooth_as_one(&self, at_place: &[u32], polygons: &Polygons, shape: &Shape, normals: &mut [Vec3]) -> bool {
+        let Some(&corner) = at_place.first() else { return true };
+        let first = shape.faces[corner as usize] as usize;
+        let (smoothing, first_normal) = (polygons.faces[first].smoothing, shape.normals[first]);
+        if smoothing == Smoothing::Flat || smoothing == Smoothing::Crease && !self.crease_is_smooth {
+            return false;
+        }
+        let mut sum = Vec3::ZERO;
+        for &i in at_place {
+            let face = shape.faces[i as usize] as usize;
+            let normal = shape.normals[face];
+            let near = smoothing != Smoothing::Crease || normal.dot(first_normal) >= self.cos_half;
+            if polygons.faces[face].smoothing != smoothing || !near {
+                return false;
+            }
+            sum += normal * shape.angles[i as usize];
+        }
+        let mean = sum.normalize_or_zero();
+        for &i in at_place {
+            set_missing(&mut normals[i as usize], mean, shape.normals[shape.faces[i as usize] as usize]);
+        }
+        true
+    }
+
+    /// Finds out which faces belong together and sets the missing normals.
+    fn smooth_in_parts(&mut self, at_place: &[u32], polygons: &Polygons, shape: &Shape, normals: &mut [Vec3]) {
+        self.spokes.clear();
+        self.spokes.extend(at_place.iter().filter_map(|&corner| {
+            let number = shape.faces[corner as usize] as usize;
+            let (face, normal) = (polygons.faces[number], shape.normals[number]);
+            (normal != Vec3::ZERO).then(|| Spoke {
+                corner,
+                normal,
+                angle: shape.angles[corner as usize],
+                smoothing: face.smoothing,
+                neighbours: neighbours(polygons, corner, shape.starts[number], face.corners),
+            })
+        }));
+        self.join_spokes();
         self.sums.clear();
         self.sums.resize(self.spokes.len(), Vec3::ZERO);
         for i in 0..self.spokes.len() {
@@ -158,36 +220,16 @@ impl Fan {
             self.sums[leader as usize] += self.spokes[i].normal * self.spokes[i].angle;
         }
         for i in 0..self.spokes.len() {
+            let leader = self.find(i as u32);
+            let mean = self.sums[leader as usize].normalize_or_zero();
             let Spoke { corner, normal, .. } = self.spokes[i];
-            let target = &mut normals[corner as usize];
-            if *target == Vec3::ZERO {
-                let leader = self.find(i as u32);
-                let mean = self.sums[leader as usize].normalize_or_zero();
-                // Sheets back to back cancel; a normal that looks away from its own face is of no use.
-                *target = if mean.dot(normal) > 1e-3 { mean } else { normal };
-            }
+            set_missing(&mut normals[corner as usize], mean, normal);
         }
     }
 
-    /// Finds out which spokes are smooth with which.
-    fn gather(&mut self) {
-        let count = self.spokes.len() as u32;
+    fn join_spokes(&mut self) {
         self.leader.clear();
-        let Some(first) = self.spokes.first() else { return };
-        // On most places of most models all faces belong together.
-        let alike = match first.smoothing {
-            Smoothing::Flat => false,
-            Smoothing::Group(_) => self.spokes.iter().all(|s| s.smoothing == first.smoothing),
-            Smoothing::Crease => {
-                let near = |s: &Spoke| s.smoothing == Smoothing::Crease && s.normal.dot(first.normal) >= self.cos_half;
-                self.crease_is_smooth && self.spokes.iter().all(near)
-            }
-        };
-        if alike {
-            self.leader.resize(count as usize, 0);
-            return;
-        }
-        self.leader.extend(0..count);
+        self.leader.extend(0..self.spokes.len() as u32);
         self.edges.clear();
         self.groups.clear();
         for (spoke, i) in self.spokes.iter().zip(0..) {
@@ -233,5 +275,13 @@ impl Fan {
     fn join(&mut self, i: u32, j: u32) {
         let (i, j) = (self.find(i), self.find(j));
         self.leader[i.max(j) as usize] = i.min(j);
+    }
+}
+
+/// Sets a normal that is 0 to the mean around it, unless that is of no use: sheets back to back cancel, and a normal
+/// must not look away from its own face.
+fn set_missing(target: &mut Vec3, mean: Vec3, own: Vec3) {
+    if *target == Vec3::ZERO {
+        *target = if mean.dot(own) > 1e-3 { mean } else { own };
     }
 }

@@ -8,7 +8,7 @@ use super::mesh::{Corner, Polygons, Triangles};
 use super::obj_clean::{Cleaner, Outline, Smoothing};
 use super::obj_lines::{lossy, without_comment};
 use super::obj_mtl::Materials;
-use super::report::{counted, grouped, listed};
+use super::report::{counted, listed};
 use super::resolve::Resolver;
 use super::{AssetError, ImportReport, Model, guard, read_file};
 use crate::description::MaterialDesc;
@@ -162,7 +162,6 @@ fn assign_materials(
             }
         }
     }
-    missing.dedup();
     if !missing.is_empty() {
         notes.push(format!("material library not found: {}", listed(&missing)));
     }
@@ -203,8 +202,7 @@ fn assign_materials(
         model.triangle_materials = Vec::new();
     }
     if !unknown.is_empty() && missing.is_empty() {
-        let noun = if unknown.len() == 1 { "material" } else { "materials" };
-        notes.push(format!("{} {noun} not found: {}", unknown.len(), listed(&unknown)));
+        notes.push(format!("{} not found: {}", counted(unknown.len(), "material"), listed(&unknown)));
     }
     notes.extend(library.notes());
 }
@@ -256,6 +254,6 @@ fn note_oddities(outline: &Outline, made: &Triangles, notes: &mut Vec<String>) {
         notes.push(format!("weights of {} ignored", counted(outline.weighted, "vertex")));
     }
     if let (count, Some((line, keyword))) = &outline.unknown {
-        notes.push(format!("{} unknown lines ignored (line {line}: {keyword})", grouped(*count)));
+        notes.push(format!("{} ignored (line {line}: {keyword})", counted(*count, "unknown line")));
     }
 }

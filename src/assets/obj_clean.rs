@@ -50,7 +50,7 @@ pub(super) struct Outline {
     pub faces: Vec<Face>,
     /// Names in `usemtl` lines, the whole rest of each line.
     pub materials: Vec<Vec<u8>>,
-    /// Names in `mtllib` lines, the whole rest of each line.
+    /// Names in `mtllib` lines, the whole rest of each line, each once.
     pub libraries: Vec<Vec<u8>>,
     /// `l` and `p` elements and faces of fewer than three corners.
     pub lines_and_points: usize,
@@ -86,6 +86,10 @@ pub(super) struct Cleaner<'a> {
 
 /// Bytes made at a time.
 const CHUNK: usize = 1 << 16;
+/// Most different `mtllib` lines that are heeded.
+const MAX_LIBRARIES: usize = 256;
+/// Most corners of a face.
+const FACE_CORNERS: usize = 1 << 20;
 /// Corners in a line.
 const LINE_CORNERS: usize = 1024;
 /// Corners in a mesh.
@@ -203,7 +207,10 @@ impl State<'_> {
                 Ok(())
             }
             b"mtllib" => {
-                self.outline.libraries.push(line.rest.to_vec());
+                let libraries = &mut self.outline.libraries;
+                if libraries.len() < MAX_LIBRARIES && !libraries.iter().any(|known| known == line.rest) {
+                    libraries.push(line.rest.to_vec());
+                }
                 Ok(())
             }
             b"o" => {
@@ -309,6 +316,9 @@ impl State<'_> {
         if corners < 3 {
             self.outline.lines_and_points += 1;
             return Ok(());
+        }
+        if corners > FACE_CORNERS {
+            return self.refuse(line.number, format!("a face of {corners} corners; at most {FACE_CORNERS}: split it"));
         }
         if form != self.form || self.mesh_corners >= MESH_CORNERS {
             self.end_mesh();

@@ -17,13 +17,13 @@
 //! | `map_Kd` | `texture`; `diffuse` from Kd, 1 if that is missing or black |
 
 use super::obj_lines::{Line, Lines, Words, check_number, is_blank, lossy, parse_number, trim, without_comment};
-use super::report::listed;
+use super::report::{counted, listed};
 use super::resolve::Resolver;
 use super::{AssetError, guard, read_file};
 use crate::description::{MaterialDesc, TextureDesc, TextureSource, Wrap};
 use crate::math::Rgb;
 use glam::DVec2;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 /// Largest library, bytes.
@@ -37,12 +37,12 @@ pub(super) struct Materials {
     /// By name as written, and by name without what may be a comment. The first of a name counts.
     by_name: HashMap<Vec<u8>, usize>,
     by_short_name: HashMap<Vec<u8>, usize>,
-    /// Lines that could not be used, one sentence each.
-    mistakes: Vec<String>,
+    /// Lines that could not be used, one sentence each, of the first few; and how many there are in all.
+    mistakes: (Vec<String>, usize),
     /// Names of pictures that were not found.
     missing_textures: BTreeSet<String>,
-    /// Remarks on materials: what, and which.
-    remarks: Vec<(&'static str, Vec<String>)>,
+    /// Remarks: what, and the names of the materials or maps.
+    remarks: BTreeMap<&'static str, BTreeSet<String>>,
 }
 
 /// What tobj does not know of a material.
@@ -97,23 +97,19 @@ impl Materials {
     pub fn notes(self) -> Vec<String> {
         let mut notes = Vec::new();
         if !self.missing_textures.is_empty() {
-            let names: Vec<_> = self.missing_textures.into_iter().collect();
-            let noun = if names.len() == 1 { "texture" } else { "textures" };
-            notes.push(format!("{} {noun} not found: {}", names.len(), listed(&names)));
+            let names = &self.missing_textures;
+            notes.push(format!("{} not found: {}", counted(names.len(), "texture"), listed(names)));
         }
-        if !self.mistakes.is_empty() {
-            notes.push(format!("ignored in the material library: {}", listed(&self.mistakes)));
+        let (mistakes, count) = &self.mistakes;
+        if *count > 0 {
+            notes.push(format!("{} of material libraries ignored: {}", counted(*count, "line"), listed(mistakes)));
         }
-        notes.extend(self.remarks.into_iter().map(|(what, whose)| format!("{what}: {}", listed(&whose))));
+        notes.extend(self.remarks.iter().map(|(what, whose)| format!("{what}: {}", listed(whose))));
         notes
     }
 
     fn remark(&mut self, what: &'static str, whose: &str) {
-        match self.remarks.iter_mut().find(|(known, _)| *known == what) {
-            Some((_, names)) if names.iter().any(|n| n == whose) => {}
-            Some((_, names)) => names.push(whose.to_owned()),
-            None => self.remarks.push((what, vec![whose.to_owned()])),
-        }
+        self.remarks.entry(what).or_default().insert(whose.to_owned());
     }
 
     /// Text that tobj reads right, and what it leaves out.
@@ -123,7 +119,10 @@ impl Materials {
         while let Some(line) = lines.next() {
             if let Err(reason) = self.line(&line, &mut text, &mut extras) {
                 let name = file.file_name().unwrap_or_default().to_string_lossy();
-                self.mistakes.push(format!("{name}:{}: {reason}", line.number));
+                self.mistakes.1 += 1;
+                if self.mistakes.0.len() < 5 {
+                    self.mistakes.0.push(format!("{name}:{}: {reason}", line.number));
+                }
             }
         }
         Ok((text, extras))

@@ -54,12 +54,13 @@ pub(super) fn grouped(count: usize) -> String {
 }
 
 /// The first few of a list, and how many more there are.
-pub(super) fn listed(items: &[String]) -> String {
+pub(super) fn listed<'a>(items: impl IntoIterator<Item = &'a String>) -> String {
     const SHOWN: usize = 5;
-    let shown = items.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ");
-    match items.len().saturating_sub(SHOWN) {
+    let mut items = items.into_iter();
+    let shown = items.by_ref().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ");
+    match items.count() {
         0 => shown,
-        more => format!("{shown} and {more} more"),
+        more => format!("{shown} and {} more", grouped(more)),
     }
 }
 

@@ -2,21 +2,14 @@
 
 use super::interaction::refract;
 use super::ray::Ray;
-use super::slab::{PaddedSlab, PlainSlab, Slab, WideSlab};
-use super::triangle::{TriangleRay, moeller_trumbore_f32};
 use super::{cone, cuboid, cylinder, plane, sphere};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
-/// How boxes, shapes and triangles are met and how rays start from surfaces. The methods of one preset belong together:
+/// How shapes are met and how rays start from surfaces; boxes and triangles follow in `bvh`. The methods of one preset belong together:
 /// offsets are as large as the errors of its hit points.
 ///
 /// The provided methods are those of [`Robust`]: f64 in the forms that do not cancel.
 pub trait Kernels: Copy + Send + Sync + 'static {
-    /// Box test.
-    type Slab: Slab;
-    /// A ray prepared for triangles.
-    type Triangle: Copy;
-
     /// `t_min` of rays that start on a surface. Nothing but [`Classic`] needs one.
     const T_MIN: f64 = 0.0;
 
@@ -50,12 +43,6 @@ pub trait Kernels: Copy + Send + Sync + 'static {
         plane::quad_intersect(ray)
     }
 
-    /// Prepares a ray for [`Kernels::triangle`].
-    fn triangle_ray(ray: &Ray) -> Self::Triangle;
-
-    /// `(t, u, v)` of the hit with t_min < t <= t_max.
-    fn triangle(ray: &Self::Triangle, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)>;
-
     /// The point where rays from this hit start, and how far along the normal they must be moved off the surface.
     /// `on_surface` is the hit projected onto the surface, `bound` the error bound of that projection (world space).
     fn surface_point(_ray: &Ray, _t: f64, on_surface: DVec3, bound: f64) -> (DVec3, f64) {
@@ -86,35 +73,13 @@ pub trait Kernels: Copy + Send + Sync + 'static {
 #[derive(Clone, Copy, Debug)]
 pub struct Robust;
 
-impl Kernels for Robust {
-    type Slab = PaddedSlab;
-    type Triangle = TriangleRay;
-
-    fn triangle_ray(ray: &Ray) -> TriangleRay {
-        TriangleRay::new(ray)
-    }
-
-    fn triangle(ray: &TriangleRay, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
-        ray.intersect(corners, t_max)
-    }
-}
+impl Kernels for Robust {}
 
 /// The yardstick: as [`Robust`], and the boxes in f64 as well.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference;
 
-impl Kernels for Reference {
-    type Slab = WideSlab;
-    type Triangle = TriangleRay;
-
-    fn triangle_ray(ray: &Ray) -> TriangleRay {
-        TriangleRay::new(ray)
-    }
-
-    fn triangle(ray: &TriangleRay, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
-        ray.intersect(corners, t_max)
-    }
-}
+impl Kernels for Reference {}
 
 /// The quick usual practice: school formulas in f32, Möller-Trumbore, an offset of 8 f32 ulp of the largest number.
 #[derive(Clone, Copy, Debug)]
@@ -123,9 +88,6 @@ pub struct Fast;
 /// The kernels in f32 that [`Fast`] and [`Classic`] share.
 macro_rules! single_precision_shapes {
     () => {
-        type Slab = PlainSlab;
-        type Triangle = Ray;
-
         fn sphere(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
             sphere::sphere_intersect_f32(ray, centre, radius)
         }
@@ -149,19 +111,11 @@ macro_rules! single_precision_shapes {
         fn quad(ray: &Ray) -> Option<f64> {
             plane::quad_intersect_f32(ray)
         }
-
-        fn triangle_ray(ray: &Ray) -> Ray {
-            *ray
-        }
     };
 }
 
 impl Kernels for Fast {
     single_precision_shapes!();
-
-    fn triangle(ray: &Ray, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
-        moeller_trumbore_f32(ray, corners, 0.0, t_max)
-    }
 
     fn surface_point(ray: &Ray, t: f64, _on_surface: DVec3, _bound: f64) -> (DVec3, f64) {
         let point = (ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3();
@@ -180,10 +134,6 @@ impl Kernels for Classic {
     single_precision_shapes!();
 
     const T_MIN: f64 = 1e-4;
-
-    fn triangle(ray: &Ray, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
-        moeller_trumbore_f32(ray, corners, 1e-6, t_max)
-    }
 
     fn surface_point(ray: &Ray, t: f64, _on_surface: DVec3, _bound: f64) -> (DVec3, f64) {
         ((ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3(), 0.0)

@@ -42,4 +42,4 @@ pub use plane::{plane_intersect, plane_surface, quad_intersect, quad_surface};
 pub use ray::{Hit, Ray};
 pub use slab::{PaddedSlab, PlainSlab, Slab, WideSlab};
 pub use sphere::{sphere_intersect, sphere_surface};
-pub use triangle::{TriangleRay, moeller_trumbore_f32};
+pub use triangle::TriangleRay;

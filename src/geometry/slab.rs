@@ -25,15 +25,20 @@ const U: f64 = 1.0 / 16_777_216.0;
 /// p = 4u(R + |o|)). A box that the exact ray touches is never missed.
 #[derive(Clone, Copy, Debug)]
 pub struct PaddedSlab {
-    reciprocal: [f32; 3],
-    near: [f32; 3],
-    far: [f32; 3],
+    /// 1 / direction.
+    pub reciprocal: [f32; 3],
+    /// Subtracted from near plane times reciprocal.
+    pub near: [f32; 3],
+    /// Subtracted from far plane times reciprocal.
+    pub far: [f32; 3],
+    /// In the units of `entry`, rounded down.
+    pub t_min: f32,
     /// t of the point that distances are counted from: a far origin is advanced to its closest approach.
     start: f64,
-    t_min: f32,
 }
 
 impl Slab for PaddedSlab {
+    #[inline(always)]
     fn new(ray: &Ray, extent: f64) -> Self {
         let d = ray.direction;
         let origin_size = ray.origin.abs().max_element();
@@ -64,10 +69,12 @@ impl Slab for PaddedSlab {
         slab
     }
 
+    #[inline(always)]
     fn limit(&self, t_max: f64) -> f32 {
         ((t_max - self.start) as f32).next_up()
     }
 
+    #[inline(always)]
     fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32> {
         let (mut enter, mut exit) = (self.t_min, limit);
         for k in 0..3 {
@@ -88,14 +95,17 @@ impl Slab for PaddedSlab {
 pub struct WideSlab(Ray);
 
 impl Slab for WideSlab {
+    #[inline(always)]
     fn new(ray: &Ray, _extent: f64) -> Self {
         Self(*ray)
     }
 
+    #[inline(always)]
     fn limit(&self, t_max: f64) -> f32 {
         (t_max as f32).next_up()
     }
 
+    #[inline(always)]
     fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32> {
         let (mut enter, mut exit) = (self.0.t_min, f64::from(limit));
         for k in 0..3 {
@@ -111,29 +121,36 @@ impl Slab for WideSlab {
     }
 }
 
-/// The usual quick test: f32, minima and maxima, no pads. Loses rays that run in the plane of a face or graze an edge.
+/// The usual quick test: f32, no pads. Loses rays that run in the plane of a face or graze an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct PlainSlab {
-    origin: [f32; 3],
-    reciprocal: [f32; 3],
-    t_min: f32,
+    /// 1 / direction.
+    pub reciprocal: [f32; 3],
+    /// Origin / direction.
+    pub offset: [f32; 3],
+    /// Of the ray.
+    pub t_min: f32,
 }
 
 impl Slab for PlainSlab {
+    #[inline(always)]
     fn new(ray: &Ray, _extent: f64) -> Self {
         let inverse = ray.direction.as_vec3().recip();
-        Self { origin: ray.origin.as_vec3().into(), reciprocal: inverse.into(), t_min: ray.t_min as f32 }
+        let offset = ray.origin.as_vec3() * inverse;
+        Self { reciprocal: inverse.into(), offset: offset.into(), t_min: ray.t_min as f32 }
     }
 
+    #[inline(always)]
     fn limit(&self, t_max: f64) -> f32 {
         t_max as f32
     }
 
+    #[inline(always)]
     fn entry(&self, bounds: &Aabb, limit: f32) -> Option<f32> {
         let (mut enter, mut exit) = (self.t_min, limit);
         for k in 0..3 {
-            let t0 = (bounds.lower[k] - self.origin[k]) * self.reciprocal[k];
-            let t1 = (bounds.upper[k] - self.origin[k]) * self.reciprocal[k];
+            let t0 = bounds.lower[k] * self.reciprocal[k] - self.offset[k];
+            let t1 = bounds.upper[k] * self.reciprocal[k] - self.offset[k];
             enter = enter.max(t0.min(t1));
             exit = exit.min(t0.max(t1));
         }

@@ -7,14 +7,18 @@ use glam::{DVec3, Vec3};
 /// permuted and sheared so that it runs along its largest axis.
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleRay {
-    origin: DVec3,
-    axes: [usize; 3],
-    shear: DVec3,
+    /// Start of the ray.
+    pub origin: DVec3,
+    /// The axes called x, y and z here: z is the one of the largest component of the direction.
+    pub axes: [usize; 3],
+    /// (dx / dz, dy / dz, 1 / dz).
+    pub shear: DVec3,
     t_min: f64,
 }
 
 impl TriangleRay {
     /// Prepares a ray of the mesh's space.
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction;
         let z = d.abs().max_position();
@@ -34,6 +38,7 @@ impl TriangleRay {
     /// Edges belong to both of their triangles: products of f64 differences round monotonically, so an edge function has
     /// the right sign or is 0, and 0 counts as inside. Neighbours compute the same two products and can not both
     /// reject. No fused multiply-add may be used here: it would break that symmetry.
+    #[inline(always)]
     pub fn intersect(&self, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
         let [x, y, z] = self.axes;
         let [a, b, c] = corners.map(|p| p.as_dvec3() - self.origin);
@@ -53,27 +58,4 @@ impl TriangleRay {
         let t = (u * a[z] + v * b[z] + w * c[z]) * self.shear.z / det;
         (t > self.t_min && t <= t_max).then(|| (t, v / det, w / det))
     }
-}
-
-/// Möller and Trumbore (1997) in f32: quick, and leaky along edges. Rejects triangles whose determinant is at most
-/// `min_det` in magnitude.
-pub fn moeller_trumbore_f32(ray: &Ray, corners: &[Vec3; 3], min_det: f32, t_max: f64) -> Option<(f64, f64, f64)> {
-    let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
-    let [a, b, c] = *corners;
-    let (e1, e2) = (b - a, c - a);
-    let p = d.cross(e2);
-    let det = e1.dot(p);
-    if det.abs() <= min_det {
-        return None;
-    }
-    let inv = 1.0 / det;
-    let s = o - a;
-    let u = s.dot(p) * inv;
-    let q = s.cross(e1);
-    let v = d.dot(q) * inv;
-    if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
-        return None;
-    }
-    let t = f64::from(e2.dot(q) * inv);
-    (t > ray.t_min && t <= t_max).then(|| (t, f64::from(u), f64::from(v)))
 }

@@ -87,17 +87,23 @@ fn line(progress: &Progress, now: Instant) -> String {
     format!("{} %, {gone} gone{left}", progress.percent())
 }
 
+/// "12 s to 15 s": whole seconds, outward.
 fn range(eta: Eta) -> String {
-    let (low, high) = (span(eta.low), span(eta.high));
-    if low == high { high } else { format!("{low} to {high}") }
+    let whole = |seconds: u64| span(Duration::from_secs(seconds.max(1)));
+    let (low, high) = (eta.low.as_secs(), eta.high.as_millis().div_ceil(1000) as u64);
+    match (low, high) {
+        (0, _) => format!("at most {}", whole(high)),
+        (low, high) if whole(low) == whole(high) => whole(high),
+        (low, high) => format!("{} to {}", whole(low), whole(high)),
+    }
 }
 
 /// A time in two figures or so, rounded down: "850 ms", "12 s", "3 min 05 s", "2 h 07 min".
 pub fn span(time: Duration) -> String {
     match time.as_secs() {
         0 => format!("{} ms", time.as_millis()),
-        s @ 1..10 => format!("{s}.{} s", time.subsec_millis() / 100),
-        s @ 10..60 => format!("{s} s"),
+        s @ 1..10 if time.subsec_millis() >= 100 => format!("{s}.{} s", time.subsec_millis() / 100),
+        s @ 1..60 => format!("{s} s"),
         s @ 60..3600 => format!("{} min {:02} s", s / 60, s % 60),
         s => format!("{} h {:02} min", s / 3600, s % 3600 / 60),
     }
@@ -109,15 +115,20 @@ mod tests {
 
     #[test]
     fn times_are_short_and_rounded_down() {
-        let shown = [0.0, 0.8509, 1.999, 59.9, 60.0, 3599.9, 3600.0, 90_061.0].map(Duration::from_secs_f64).map(span);
-        let expected = ["0 ms", "850 ms", "1.9 s", "59 s", "1 min 00 s", "59 min 59 s", "1 h 00 min", "25 h 01 min"];
+        let shown =
+            [0.0, 0.8509, 1.999, 2.05, 59.9, 60.0, 3599.9, 3600.0, 90_061.0].map(Duration::from_secs_f64).map(span);
+        let expected =
+            ["0 ms", "850 ms", "1.9 s", "2 s", "59 s", "1 min 00 s", "59 min 59 s", "1 h 00 min", "25 h 01 min"];
         assert_eq!(shown, expected);
     }
 
     #[test]
-    fn a_range_is_told_as_one_time_if_its_ends_look_the_same() {
-        let eta = |low, high| Eta { low: Duration::from_millis(low), high: Duration::from_millis(high) };
-        assert_eq!(range(eta(12_100, 12_900)), "12 s");
-        assert_eq!(range(eta(9_100, 12_900)), "9.1 s to 12 s");
+    fn ranges_are_whole_seconds_outward() {
+        let eta = |low, high| range(Eta { low: Duration::from_millis(low), high: Duration::from_millis(high) });
+        assert_eq!(eta(0, 0), "at most 1 s");
+        assert_eq!(eta(900, 2_100), "at most 3 s");
+        assert_eq!(eta(9_900, 12_100), "9 s to 13 s");
+        assert_eq!(eta(12_000, 12_000), "12 s");
+        assert_eq!(eta(3_600_000, 3_610_000), "1 h 00 min");
     }
 }

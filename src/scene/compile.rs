@@ -7,12 +7,13 @@ use super::{
     Texture,
 };
 use crate::assets::{AssetError, load_image, load_obj};
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Isa};
 use crate::description::{MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable};
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::fmt;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -123,7 +124,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
                 let model = load_obj(file, *crease)
                     .map_err(|error| CompileError::Asset { user: label("object", index, &object.name), error })?;
                 let start = Instant::now();
-                let mesh = Arc::new(Mesh::new(model));
+                let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
                 build_time += start.elapsed();
                 mesh
             }
@@ -212,8 +213,8 @@ impl Geometry {
                 (None, _) => {} // A mesh without triangles.
             }
         }
-        let tree = Bvh::build(&boxes);
-        let bounded = tree.order().iter().map(|&at| of_box[at as usize]).collect();
+        let (tree, slots) = Bvh::build(&boxes, 1, Isa::best(), threads());
+        let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
         Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded })
     }
 }
@@ -253,6 +254,11 @@ fn place(source: &ObjectDesc, index: usize, assets: &Assets, objects: &mut Vec<O
     };
     objects.push(Object::new(shape, scaled(DVec3::ZERO, canonical_scale(&source.shape))?, index as u32));
     Some(())
+}
+
+/// Threads for building trees.
+fn threads() -> NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
 fn same_places(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {

@@ -2,7 +2,8 @@
 //! Traced Images", JGT 7(2) 2002).
 
 use super::{Scene, Shape};
-use crate::geometry::{Kernels, Ray, Robust};
+use crate::bvh::TreeKernels;
+use crate::geometry::{Ray, Robust};
 use glam::DVec3;
 
 /// Most bodies that a ray can be inside of at once; what is entered beyond is passed over.
@@ -103,14 +104,14 @@ impl Scene {
 impl super::Mesh {
     /// Whether a point of object space is inside: more surfaces of the mesh are left than entered on the way out. Surfaces
     /// are counted by their side, so that a hit on a shared edge does not upset the count.
-    fn encloses<K: Kernels>(&self, point: DVec3) -> bool {
+    fn encloses<K: TreeKernels>(&self, point: DVec3) -> bool {
         // An arbitrary direction without symmetry, so that no common mesh has an edge in its way.
         let direction = DVec3::new(0.541_196_1, 0.640_293_7, 0.545_147_9);
         let mut ray = Ray::new(point, direction);
         let mut depth = 0i64;
-        while let Some((t, triangle, _, _)) = self.intersect::<K>(&ray) {
-            depth += if self.normal_of(triangle).dot(direction) > 0.0 { 1 } else { -1 };
-            ray.t_min = t;
+        while let Some(hit) = self.intersect::<K>(&ray) {
+            depth += if self.normal_of(hit.triangle).dot(direction) > 0.0 { 1 } else { -1 };
+            ray.t_min = hit.t;
         }
         depth > 0
     }

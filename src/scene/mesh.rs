@@ -1,11 +1,11 @@
 //! Triangle meshes with their trees, in object space.
 
 use crate::assets::{ImportReport, Model};
-use crate::bvh::{Bvh, BvhStats};
+use crate::bvh::{BvhStats, Isa, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
-use crate::geometry::{Aabb, Kernels, Ray, SurfacePoint, sphere_surface};
+use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_surface};
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use std::ops::ControlFlow;
+use std::num::NonZeroUsize;
 
 /// A mesh about its own centre: its object space is the file's, moved by -`centre`.
 #[derive(Debug)]
@@ -23,14 +23,12 @@ pub struct Mesh {
     uvs: Vec<Vec2>,
     triangles: Vec<[u32; 3]>,
     triangle_materials: Vec<u32>,
-    tree: Bvh,
-    /// Corners in leaf order.
-    corners: Vec<[Vec3; 3]>,
+    tree: Triangles,
 }
 
 impl Mesh {
     /// Builds the tree. A mesh that is inside out as a whole is turned: its signed volume tells.
-    pub fn new(model: Model) -> Self {
+    pub fn new(model: Model, isa: Isa, threads: NonZeroUsize) -> Self {
         let Model { centre, positions, normals, uvs, mut triangles, triangle_materials, materials, report } = model;
         let corners_of = |t: &[u32; 3]| t.map(|i| positions[i as usize]);
         let signed_volume: f64 = triangles
@@ -43,23 +41,9 @@ impl Mesh {
         if signed_volume < 0.0 {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(corners_of(t))).collect();
-        let tree = Bvh::build(&boxes);
-        let corners = tree.order().iter().map(|&i| corners_of(&triangles[i as usize])).collect();
+        let tree = Triangles::build(triangles.len(), |i| corners_of(&triangles[i]), isa, threads);
         let volume = signed_volume.abs();
-        Self {
-            centre,
-            materials,
-            report,
-            volume,
-            positions,
-            normals,
-            uvs,
-            triangles,
-            triangle_materials,
-            tree,
-            corners,
-        }
+        Self { centre, materials, report, volume, positions, normals, uvs, triangles, triangle_materials, tree }
     }
 
     /// How many triangles there are.
@@ -74,12 +58,12 @@ impl Mesh {
 
     /// Its box in object space.
     pub fn bounds(&self) -> Aabb {
-        self.tree.bounds()
+        self.tree.tree().bounds()
     }
 
     /// Describes the tree.
     pub fn stats(&self) -> BvhStats {
-        self.tree.stats()
+        self.tree.tree().stats()
     }
 
     /// Index of a triangle's material among the file's.
@@ -104,43 +88,14 @@ impl Mesh {
             .then(|| self.triangles[triangle as usize].map(|i| self.normals[i as usize].as_dvec3()))
     }
 
-    /// The closest hit `(t, triangle, u, v)` of a ray of object space; of hits at the same t the smallest index.
-    pub fn intersect<K: Kernels>(&self, ray: &Ray) -> Option<(f64, u32, f64, f64)> {
-        let mut best: Option<(f64, u32, f64, f64)> = None;
-        self.visit::<K>(ray, |hit| {
-            if best.is_none_or(|b| (hit.0, hit.1) < (b.0, b.1)) {
-                best = Some(hit);
-            }
-            ControlFlow::Continue(hit.0)
-        });
-        best
+    /// The closest hit of a ray of object space; of hits at the same t the smallest index.
+    pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
+        self.tree.intersect::<K>(ray)
     }
 
     /// Whether a ray of object space meets any triangle.
-    pub fn occluded<K: Kernels>(&self, ray: &Ray) -> bool {
-        self.visit::<K>(ray, |_| ControlFlow::Break(()))
-    }
-
-    /// Calls `on_hit` for triangles that the ray meets before its end, which is what `on_hit` last returned. Whether it
-    /// broke off.
-    #[inline(always)]
-    fn visit<K: Kernels>(
-        &self,
-        ray: &Ray,
-        mut on_hit: impl FnMut((f64, u32, f64, f64)) -> ControlFlow<(), f64>,
-    ) -> bool {
-        let prepared = K::triangle_ray(ray);
-        self.tree.traverse::<K::Slab>(ray, |range, mut t_max| {
-            for position in range {
-                if let Some((t, u, v)) = K::triangle(&prepared, &self.corners[position], t_max) {
-                    match on_hit((t, self.tree.order()[position], u, v)) {
-                        ControlFlow::Continue(end) => t_max = end,
-                        ControlFlow::Break(()) => return None,
-                    }
-                }
-            }
-            Some(t_max)
-        })
+    pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
+        self.tree.occluded::<K>(ray)
     }
 
     /// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.

@@ -1,71 +1,111 @@
 //! Rays against the whole scene, and the surface where they end.
 
 use super::{Object, Scene, Shape};
+use crate::bvh::{Lanes, LeafVisitor, TreeKernels};
 use crate::geometry::{
-    Hit, Kernels, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cuboid_surface, cylinder_surface, plane_surface,
+    Hit, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cuboid_surface, cylinder_surface, plane_surface,
     quad_surface, sphere_surface,
 };
 use glam::DVec3;
 
 impl Object {
-    /// The closest hit of a world-space ray with this object alone: (t, primitive, u, v).
-    pub fn intersect<K: Kernels>(&self, ray: &Ray) -> Option<(f64, u32, f64, f64)> {
+    /// The closest hit of a world-space ray with this object alone. `index` is its own.
+    pub fn intersect<K: TreeKernels>(&self, ray: &Ray, index: u32) -> Option<Hit> {
         let local = || ray.transformed(&self.map.inverse);
-        let whole = |t: f64| (t, 0, 0.0, 0.0);
-        let faced = |(t, face): (f64, u32)| (t, face, 0.0, 0.0);
+        let face = |(t, primitive): (f64, u32)| Hit { t, object: index, primitive, u: 0.0, v: 0.0 };
+        let whole = |t: f64| face((t, 0));
         match &self.shape {
             Shape::Ball { centre, radius } => K::sphere(ray, *centre, *radius).map(whole),
             Shape::Ellipsoid => K::sphere(&local(), DVec3::ZERO, 1.0).map(whole),
-            Shape::Cuboid => K::cuboid(&local()).map(faced),
-            Shape::Cylinder => K::cylinder(&local()).map(faced),
-            Shape::Cone => K::cone(&local()).map(faced),
+            Shape::Cuboid => K::cuboid(&local()).map(face),
+            Shape::Cylinder => K::cylinder(&local()).map(face),
+            Shape::Cone => K::cone(&local()).map(face),
             Shape::Plane => K::plane(&local()).map(whole),
             Shape::Quad => K::quad(&local()).map(whole),
-            Shape::Mesh(mesh) => mesh.intersect::<K>(&local()),
+            Shape::Mesh(mesh) => {
+                let hit = mesh.intersect::<K>(&local())?;
+                Some(Hit { t: hit.t, object: index, primitive: hit.triangle, u: hit.u, v: hit.v })
+            }
         }
     }
 
-    fn occluded<K: Kernels>(&self, ray: &Ray) -> bool {
+    fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.occluded::<K>(&ray.transformed(&self.map.inverse)),
-            _ => self.intersect::<K>(ray).is_some(),
+            _ => self.intersect::<K>(ray, 0).is_some(),
         }
+    }
+}
+
+/// Finds the closest hit among the objects in the leaves.
+struct Closest<'a, K> {
+    scene: &'a Scene,
+    ray: &'a Ray,
+    best: Option<Hit>,
+    kernels: std::marker::PhantomData<K>,
+}
+
+impl<K: TreeKernels> Closest<'_, K> {
+    /// Tests one object and returns where the ray ends now.
+    fn test(&mut self, index: u32, t_max: f64) -> f64 {
+        let object = &self.scene.geometry.objects[index as usize];
+        match object.intersect::<K>(&Ray { t_max, ..*self.ray }, index) {
+            Some(hit) if self.best.is_none_or(|b| hit.beats(&b)) => {
+                self.best = Some(hit);
+                hit.t
+            }
+            _ => t_max,
+        }
+    }
+}
+
+impl<K: TreeKernels> LeafVisitor for Closest<'_, K> {
+    const ANY_HIT: bool = false;
+
+    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
+        *t_max = self.test(self.scene.geometry.bounded[block as usize], *t_max);
+        false
+    }
+}
+
+/// Asks every object in the leaves, and ends at the first that says yes.
+struct AnyObject<'a, F> {
+    bounded: &'a [u32],
+    ask: F,
+}
+
+impl<F: FnMut(u32) -> bool> LeafVisitor for AnyObject<'_, F> {
+    const ANY_HIT: bool = true;
+
+    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
+        (self.ask)(self.bounded[block as usize])
     }
 }
 
 impl Scene {
     /// The closest hit of a world-space ray; of hits at the same t the smallest (object, primitive).
-    pub fn intersect<K: Kernels>(&self, ray: &Ray) -> Option<Hit> {
+    pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
-        let mut best: Option<Hit> = None;
-        let mut test = |index: u32, t_max: f64| {
-            let object = &geometry.objects[index as usize];
-            let Some((t, primitive, u, v)) = object.intersect::<K>(&Ray { t_max, ..*ray }) else { return t_max };
-            let hit = Hit { t, object: index, primitive, u, v };
-            if best.is_none_or(|b| hit.beats(&b)) {
-                best = Some(hit);
-            }
-            t
-        };
-        let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| test(index, t_max));
-        geometry.tree.traverse::<K::Slab>(&Ray { t_max, ..*ray }, |range, t_max| {
-            Some(range.fold(t_max, |t_max, position| test(geometry.bounded[position], t_max)))
-        });
-        best
+        let mut closest = Closest::<K> { scene: self, ray, best: None, kernels: std::marker::PhantomData };
+        let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| closest.test(index, t_max));
+        geometry.tree.traverse::<K::Boxes, _>(&Ray { t_max, ..*ray }, &mut closest);
+        closest.best
     }
 
     /// Whether a world-space ray meets anything before its end.
-    pub fn occluded<K: Kernels>(&self, ray: &Ray) -> bool {
+    pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
+        self.any_object::<K>(ray, |index| self.geometry.objects[index as usize].occluded::<K>(ray))
+    }
+
+    /// Asks the objects that a ray may meet until one says yes.
+    fn any_object<K: TreeKernels>(&self, ray: &Ray, mut ask: impl FnMut(u32) -> bool) -> bool {
         let geometry = &*self.geometry;
-        let blocks = |index: u32| geometry.objects[index as usize].occluded::<K>(ray);
-        geometry.unbounded.iter().any(|&index| blocks(index))
-            || geometry.tree.traverse::<K::Slab>(ray, |mut range, t_max| {
-                if range.any(|position| blocks(geometry.bounded[position])) { None } else { Some(t_max) }
-            })
+        geometry.unbounded.iter().any(|&index| ask(index))
+            || geometry.tree.traverse::<K::Boxes, _>(ray, &mut AnyObject { bounded: &geometry.bounded, ask })
     }
 
     /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t.
-    pub fn transmittance<K: Kernels>(&self, ray: &Ray) -> f64 {
+    pub fn transmittance<K: TreeKernels>(&self, ray: &Ray) -> f64 {
         let (mut ray, mut part) = (*ray, 1.0);
         while part > 0.0 {
             let Some(hit) = self.intersect::<K>(&ray) else { break };
@@ -78,25 +118,20 @@ impl Scene {
 
     /// Hits with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
     /// of them start behind all of them, so a crossing has to deal with them together.
-    pub fn coincident<K: Kernels>(&self, ray: &Ray, hit: &Hit, slack: f64, mut visit: impl FnMut(Hit)) {
-        let geometry = &*self.geometry;
+    pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, mut visit: impl FnMut(Hit)) {
         let near = Ray { t_min: hit.t - slack, t_max: hit.t + slack, ..*ray };
-        let mut test = |index: u32| {
+        self.any_object::<K>(&near, |index| {
             if index != hit.object
-                && let Some((t, primitive, u, v)) = geometry.objects[index as usize].intersect::<K>(&near)
+                && let Some(other) = self.geometry.objects[index as usize].intersect::<K>(&near, index)
             {
-                visit(Hit { t, object: index, primitive, u, v });
+                visit(other);
             }
-        };
-        geometry.unbounded.iter().for_each(|&index| test(index));
-        geometry.tree.traverse::<K::Slab>(&near, |range, t_max| {
-            range.for_each(|position| test(geometry.bounded[position]));
-            Some(t_max)
+            false
         });
     }
 
     /// Everything that shading wants to know of a hit of this world-space ray.
-    pub fn interaction<K: Kernels>(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
+    pub fn interaction<K: TreeKernels>(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let object = &self.geometry.objects[hit.object as usize];
         let map = &object.map;
         let local_point = || map.inverse.transform_point3(ray.at(hit.t));

@@ -1,8 +1,9 @@
 //! The recursive function.
 
 use super::local::local_radiance;
+use crate::bvh::TreeKernels;
 use crate::description::{Numerics, RenderDesc, Shading, Shadows};
-use crate::geometry::{Classic, Fast, Hit, Kernels, Ray, Reference, Robust, SurfaceInteraction, fresnel, reflect};
+use crate::geometry::{Classic, Fast, Hit, Ray, Reference, Robust, SurfaceInteraction, fresnel, reflect};
 use crate::math::Rgb;
 use crate::scene::{Illumination, Material, MediumStack, Scene};
 use glam::DVec3;
@@ -51,7 +52,7 @@ pub fn sampler(render: &RenderDesc) -> Sampler {
     }
 }
 
-fn with_kernels<K: Kernels>(shading: Shading) -> Sampler {
+fn with_kernels<K: TreeKernels>(shading: Shading) -> Sampler {
     match shading {
         Shading::Lambert => sample_local::<K, false>,
         Shading::Phong => sample_local::<K, true>,
@@ -60,7 +61,7 @@ fn with_kernels<K: Kernels>(shading: Shading) -> Sampler {
 }
 
 /// Lambert and Phong: one ray, no others.
-fn sample_local<K: Kernels, const HIGHLIGHTS: bool>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
+fn sample_local<K: TreeKernels, const HIGHLIGHTS: bool>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
     counts.camera += 1;
     let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
     let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
@@ -77,7 +78,7 @@ fn sample_local<K: Kernels, const HIGHLIGHTS: bool>(scene: &Scene, x: f64, y: f6
     )
 }
 
-fn sample_whitted<K: Kernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
+fn sample_whitted<K: TreeKernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
     counts.camera += 1;
     let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
     let media = scene.media_at_start(ray.origin);
@@ -132,7 +133,7 @@ struct Split {
 
 impl Whitted<'_> {
     /// What a ray sees that starts inside of `media` at the end of `path`.
-    fn radiance<K: Kernels>(&mut self, mut ray: Ray, mut media: MediumStack, path: Path) -> Rgb {
+    fn radiance<K: TreeKernels>(&mut self, mut ray: Ray, mut media: MediumStack, path: Path) -> Rgb {
         let scene = self.scene;
         loop {
             let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
@@ -163,7 +164,7 @@ impl Whitted<'_> {
     }
 
     /// What there is at a hit with a transparent body, when all surfaces that touch there are taken together.
-    fn cross<K: Kernels>(
+    fn cross<K: TreeKernels>(
         &self,
         ray: &Ray,
         hit: &Hit,
@@ -192,7 +193,7 @@ impl Whitted<'_> {
     }
 
     /// All five terms. `beyond`: the media behind the surface, if light gets there.
-    fn shade<K: Kernels>(
+    fn shade<K: TreeKernels>(
         &mut self,
         ray: &Ray,
         interaction: &SurfaceInteraction,
@@ -229,7 +230,7 @@ impl Whitted<'_> {
     }
 
     /// Which part of a light in front of the surface arrives.
-    fn visible_part<K: Kernels>(&mut self, interaction: &SurfaceInteraction, light: &Illumination) -> f64 {
+    fn visible_part<K: TreeKernels>(&mut self, interaction: &SurfaceInteraction, light: &Illumination) -> f64 {
         let ray = match light.position {
             Some(position) => interaction.shadow_ray_to::<K>(position),
             None => Some(interaction.shadow_ray_along::<K>(light.direction)),
@@ -247,7 +248,7 @@ impl Whitted<'_> {
 }
 
 /// Divides k_r and k_t between the mirrored and the refracted ray. `eta`: index before the surface over the one behind it.
-fn split<K: Kernels>(
+fn split<K: TreeKernels>(
     material: &Material,
     ray: &Ray,
     normal: DVec3,

@@ -63,10 +63,8 @@ fn the_whole_image_of_a_checkerboard_through_a_glass_ball_is_the_closed_form() {
     let (white, blue) = (Rgb::new(0.9, 0.8, 0.7), Rgb::new(0.1, 0.2, 0.6));
     let mut d = desc(240, 180, perspective(v(0.4, 0.9, 4.5), v(0.0, 0.1, 0.0), DVec3::Y, 34.0));
     // A board that stands at z = -2.5: an infinite plane turned up; u = x, v = y there.
-    d.materials = vec![
-        MaterialDesc { texture: checker(white, blue, size), ..flat("board", Rgb::WHITE) },
-        clear("glass", n),
-    ];
+    d.materials =
+        vec![MaterialDesc { texture: checker(white, blue, size), ..flat("board", Rgb::WHITE) }, clear("glass", n)];
     d.objects = vec![
         ObjectDesc { rotate: v(90.0, 0.0, 0.0), ..at(v(0.0, 0.0, -2.5), object(ShapeDesc::Plane, "board")) },
         sphere(DVec3::ZERO, r, "glass"),

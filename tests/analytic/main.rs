@@ -10,6 +10,7 @@ mod mirrors;
 mod outline;
 mod slab;
 mod surface;
+mod texture;
 
 /// What a picture may lack where weights run down: paths of less than 2^-20 are not followed, and of such a path at most
 /// the double is missing here.

@@ -1,11 +1,11 @@
 //! Items 9 and 10: mirrors.
 
+use crate::UNSPENT;
 use crate::support::*;
 use glam::{DVec2, DVec3};
 use glimt::description::*;
 use glimt::math::Rgb;
 use std::f64::consts::PI;
-use crate::UNSPENT;
 
 /// The object seen in a mirror at z = 0: translation and scale with z negated, and the turns about x and y reversed,
 /// since M R_z R_y R_x M = R_z R_-y R_-x for the mirroring M.
@@ -21,7 +21,10 @@ fn mirrored(o: &ObjectDesc) -> ObjectDesc {
 
 #[test]
 fn a_plane_mirror_shows_the_mirrored_scene() {
-    let file = model_file("mirror-tetrahedron", "v 0 0 0\nv 1 0 0.2\nv 0.3 0.1 1\nv 0.4 1 0.3\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n");
+    let file = model_file(
+        "mirror-tetrahedron",
+        "v 0 0 0\nv 1 0 0.2\nv 0.3 0.1 1\nv 0.4 1 0.3\nf 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n",
+    );
     let mut base = desc(120, 90, perspective(v(0.2, 1.0, 3.0), v(0.0, 0.6, 0.0), DVec3::Y, 60.0));
     base.world.background = SKY;
     let (a, b) = (Rgb::new(0.9, 0.3, 0.1), Rgb::new(0.2, 0.6, 0.9));

@@ -16,7 +16,8 @@ fn silhouette(mut d: SceneDesc, object: ObjectDesc) -> SceneDesc {
 #[test]
 fn a_ball_in_perspective_covers_exactly_the_pixels_inside_its_cone() {
     // A ray from the eye meets the ball exactly if the angle to its centre is below asin(r/D).
-    for (c, r) in [(v(0.0, 0.0, -5.0), 1.5), (v(2.1, 1.4, -5.0), 1.0), (v(-3.0, -2.0, -4.0), 0.8), (v(0.5, 0.5, -9.0), 8.9)]
+    for (c, r) in
+        [(v(0.0, 0.0, -5.0), 1.5), (v(2.1, 1.4, -5.0), 1.0), (v(-3.0, -2.0, -4.0), 0.8), (v(0.5, 0.5, -9.0), 8.9)]
     {
         let d = desc(200, 150, perspective(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 75.0));
         let d = silhouette(d, sphere(c, r, "white"));
@@ -156,10 +157,8 @@ fn cube_cylinder_cone_and_quad_cover_exactly_the_hull_of_their_projected_edges()
                 d.materials.clear();
                 d.objects.clear();
                 d.render.samples = 1;
-                let mut d = silhouette(
-                    d.clone(),
-                    ObjectDesc { translate, rotate, scale, ..object(shape.clone(), "white") },
-                );
+                let mut d =
+                    silhouette(d.clone(), ObjectDesc { translate, rotate, scale, ..object(shape.clone(), "white") });
                 let name = format!("outline-{}", matches!(shape, ShapeDesc::Cone { .. }));
                 let film = render(&d);
                 let excluded = assert_image(&name, &film, EXACT, |x, y| {

@@ -72,7 +72,8 @@ fn the_radius_of_snells_window_is_the_critical_angle() {
 fn a_sea_reflects_by_fresnels_equations_from_above_and_from_below() {
     // F of what comes along the mirrored direction, 1 - F of what comes through. Neither ray meets anything else.
     let n = 1.5;
-    for (eye, look_at, ratio) in [(v(0.0, 2.0, 0.0), v(0.0, 0.0, -2.0), n), (v(0.0, -2.0, 0.0), v(0.0, 0.0, -2.0), 1.0 / n)]
+    for (eye, look_at, ratio) in
+        [(v(0.0, 2.0, 0.0), v(0.0, 0.0, -2.0), n), (v(0.0, -2.0, 0.0), v(0.0, 0.0, -2.0), 1.0 / n)]
     {
         let d = sea(fresnel("sea", n), eye, look_at, 85.0);
         let excluded = assert_exact("fresnel-sea", &d, 1e-12, |x, y| {
@@ -100,10 +101,7 @@ fn reflectance_seen(n: f64, i: f64, from_below: bool) -> f64 {
     d.world.background = Background::Solid(Rgb::WHITE);
     d.materials = vec![fresnel("glass", n), bare("black", Rgb::BLACK)];
     // Everything that goes through ends on black.
-    d.objects = vec![
-        object(ShapeDesc::Plane, "glass"),
-        quad(v(0.0, -3.0 * side, 0.0), 1e5, DVec3::ZERO, "black"),
-    ];
+    d.objects = vec![object(ShapeDesc::Plane, "glass"), quad(v(0.0, -3.0 * side, 0.0), 1e5, DVec3::ZERO, "black")];
     f64::from(render(&d).pixel(0, 0)[0])
 }
 
@@ -178,11 +176,13 @@ fn a_fresnel_ball_in_a_white_furnace_misses_only_what_the_depth_cuts_off() {
                 return Some([1.0; 3]);
             }
             let f = fresnel_reflectance((1.0 - b * b).sqrt(), n);
-            Some([match depth {
-                0 => 0.0,
-                1 => f,
-                m => 1.0 - (1.0 - f) * f.powi(m as i32 - 1),
-            }; 3])
+            Some(
+                [match depth {
+                    0 => 0.0,
+                    1 => f,
+                    m => 1.0 - (1.0 - f) * f.powi(m as i32 - 1),
+                }; 3],
+            )
         });
         assert!(excluded <= 2);
     }

@@ -260,8 +260,7 @@ impl Ruler {
 }
 
 /// A background that tells a direction: its gradient is linear in the y of the unit direction.
-pub const SKY: Background =
-    Background::Gradient { top: Rgb::new(1.0, 0.2, 0.0), bottom: Rgb::new(0.1, 0.9, 0.5) };
+pub const SKY: Background = Background::Gradient { top: Rgb::new(1.0, 0.2, 0.0), bottom: Rgb::new(0.1, 0.9, 0.5) };
 
 /// What `SKY` shows in a unit direction of this y.
 pub fn sky(y: f64) -> [f64; 3] {

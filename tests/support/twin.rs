@@ -3,7 +3,7 @@
 //! description, and stands for what the description means.
 
 use super::{camera_ray, plus, scale};
-use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3};
 use glimt::description::*;
 use glimt::math::Rgb;
 use std::collections::HashMap;
@@ -232,7 +232,7 @@ impl Twin {
         let mut all = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
             let (oo, od) = (body.object.transform_point3(o), body.object.transform_vector3(d));
-            let normals = DMat3::from(body.object.matrix3).transpose();
+            let normals = body.object.matrix3.transpose();
             for (t, n, uv) in crossings(&body.form, oo, od) {
                 if t > t_min {
                     all.push(TwinHit { t, body: index, normal: (normals * n).normalize(), uv });
@@ -281,7 +281,13 @@ impl Twin {
     fn unshadowed(&self, p: DVec3, toward: DVec3, distance: f64) -> f64 {
         let between = self.all(p, toward, 1e-7).into_iter().filter(|h| h.t < distance * (1.0 - 1e-9));
         match self.desc.render.shadows {
-            Shadows::Opaque => if between.count() == 0 { 1.0 } else { 0.0 },
+            Shadows::Opaque => {
+                if between.count() == 0 {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
             Shadows::Filtered => between.map(|h| self.bodies[h.body].material.transmit).product(),
         }
     }
@@ -317,7 +323,11 @@ impl Twin {
             let (toward, distance, falloff) = match light.kind {
                 LightKind::Point { position, falloff } => {
                     let to = position - p;
-                    (to.normalize(), to.length(), if falloff == Falloff::None { 1.0 } else { 1.0 / to.length_squared() })
+                    (
+                        to.normalize(),
+                        to.length(),
+                        if falloff == Falloff::None { 1.0 } else { 1.0 / to.length_squared() },
+                    )
                 }
                 LightKind::Directional { direction } => (-direction.normalize(), f64::INFINITY, 1.0),
             };

@@ -1,0 +1,21 @@
+#!/bin/sh
+# Makes the pictures of this folder again: scenes/gallery/render.sh [path of glimt]
+# The program renders; gallery.py (Python with Pillow) only makes the files small and puts the sheet together.
+set -eu
+cd "$(dirname "$0")/.."
+glimt=${1:-../target/release/glimt}
+python=${PYTHON:-python3}
+raw=$(mktemp -d)
+trap 'rm -rf "$raw"' EXIT
+
+for scene in demo whitted refraction mesh sphereflake lighting/media lighting/falloff lighting/depth; do
+    name=$(basename "$scene")
+    "$glimt" render "$scene.toml" -o "$raw/$name.png" --size 640x360 --samples 32
+    "$python" gallery/gallery.py small "$raw/$name.png" "gallery/$name.png"
+done
+
+for scene in shapes/*.toml lighting/*.toml; do
+    "$glimt" render "$scene" -o "$raw/$(basename "$scene" .toml).png" --size 480x270 --samples 16 --quiet
+done
+"$python" gallery/gallery.py sheet gallery/sheet.png \
+    $(for scene in shapes/*.toml lighting/*.toml; do echo "$raw/$(basename "$scene" .toml).png"; done)

@@ -1,0 +1,100 @@
+//! The only place with unsafe code: vectors of eight f32 and the traversal that is compiled for each instruction set.
+//!
+//! [`Lanes`] is what an instruction set must offer; `portable` does it with arrays (and is the scalar twin that all others
+//! are tested against), `x86` with intrinsics. The kernels are generic over it and inline completely into one entry point
+//! an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the feature and
+//! run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
+
+mod portable;
+mod traverse;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use portable::Portable;
+pub use traverse::LeafVisitor;
+
+/// Instruction sets that the kernels are compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Isa {
+    /// Any processor; on x86-64 SSE2.
+    Portable,
+    /// x86-64 with AVX2 and FMA.
+    Avx2,
+    /// x86-64 with AVX-512 F, VL, DQ and BW.
+    Avx512,
+}
+
+impl Isa {
+    /// All of them, the plainest first.
+    pub const ALL: [Isa; 3] = [Isa::Portable, Isa::Avx2, Isa::Avx512];
+
+    /// The best one that this processor has.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().rev().find(|isa| isa.is_available()).unwrap_or(Isa::Portable)
+    }
+
+    /// Whether this processor has it.
+    pub fn is_available(self) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        match self {
+            Isa::Portable => true,
+            Isa::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Isa::Avx512 => {
+                Isa::Avx2.is_available()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            self == Isa::Portable
+        }
+    }
+
+    /// `portable`, `avx2` or `avx512`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Isa::Portable => "portable",
+            Isa::Avx2 => "avx2",
+            Isa::Avx512 => "avx512",
+        }
+    }
+}
+
+/// Eight f32 lanes. A value of the implementing type is the proof that the processor has the instructions. Comparisons give
+/// a bit a lane, lane 0 lowest, and are false for NaN.
+pub trait Lanes: Copy {
+    /// Eight f32.
+    type V: Copy;
+
+    /// The same value in every lane.
+    fn splat(self, v: f32) -> Self::V;
+    /// Eight values in memory.
+    fn load(self, v: &[f32; 8]) -> Self::V;
+    /// To memory.
+    fn store(self, v: Self::V) -> [f32; 8];
+    /// a + b
+    fn add(self, a: Self::V, b: Self::V) -> Self::V;
+    /// a - b
+    fn sub(self, a: Self::V, b: Self::V) -> Self::V;
+    /// a b
+    fn mul(self, a: Self::V, b: Self::V) -> Self::V;
+    /// a / b
+    fn div(self, a: Self::V, b: Self::V) -> Self::V;
+    /// a b + c, rounded once or twice
+    fn mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// a b - c, rounded once or twice
+    fn mul_sub(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// c - a b, rounded once or twice
+    fn neg_mul_add(self, a: Self::V, b: Self::V, c: Self::V) -> Self::V;
+    /// The smaller; `b` if either is NaN
+    fn min(self, a: Self::V, b: Self::V) -> Self::V;
+    /// The larger; `b` if either is NaN
+    fn max(self, a: Self::V, b: Self::V) -> Self::V;
+    /// |a|
+    fn abs(self, a: Self::V) -> Self::V;
+    /// Lanes where a <= b
+    fn le(self, a: Self::V, b: Self::V) -> u32;
+}

@@ -1,0 +1,88 @@
+//! Lanes as AVX registers.
+
+use super::Lanes;
+use std::arch::x86_64::*;
+
+/// AVX2 and FMA. Compiled again with AVX-512VL enabled, where the compiler has more registers and mask instructions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx2(());
+
+impl Avx2 {
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[inline(always)]
+    pub unsafe fn new() -> Self {
+        Self(())
+    }
+}
+
+/// Calls an intrinsic inside of an `Avx2` method.
+macro_rules! avx {
+    ($call:expr) => {
+        // SAFETY: an `Avx2` is made only where the processor has the instructions (`Avx2::new`).
+        unsafe { $call }
+    };
+}
+
+impl Lanes for Avx2 {
+    type V = __m256;
+
+    #[inline(always)]
+    fn splat(self, v: f32) -> __m256 {
+        avx!(_mm256_set1_ps(v))
+    }
+    #[inline(always)]
+    fn load(self, v: &[f32; 8]) -> __m256 {
+        avx!(_mm256_loadu_ps(v.as_ptr()))
+    }
+    #[inline(always)]
+    fn store(self, v: __m256) -> [f32; 8] {
+        let mut out = [0.0; 8];
+        avx!(_mm256_storeu_ps(out.as_mut_ptr(), v));
+        out
+    }
+    #[inline(always)]
+    fn add(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_add_ps(a, b))
+    }
+    #[inline(always)]
+    fn sub(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_sub_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_mul_ps(a, b))
+    }
+    #[inline(always)]
+    fn div(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_div_ps(a, b))
+    }
+    #[inline(always)]
+    fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        avx!(_mm256_fmadd_ps(a, b, c))
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        avx!(_mm256_fmsub_ps(a, b, c))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+        avx!(_mm256_fnmadd_ps(a, b, c))
+    }
+    #[inline(always)]
+    fn min(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_min_ps(a, b))
+    }
+    #[inline(always)]
+    fn max(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_max_ps(a, b))
+    }
+    #[inline(always)]
+    fn abs(self, a: __m256) -> __m256 {
+        avx!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a))
+    }
+    #[inline(always)]
+    fn le(self, a: __m256, b: __m256) -> u32 {
+        avx!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32)
+    }
+}

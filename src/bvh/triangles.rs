@@ -1,0 +1,344 @@
+//! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
+
+use super::simd::{Isa, Lanes, LeafVisitor};
+use super::{Bvh, EMPTY_SLOT, TreeKernels};
+use crate::geometry::{Aabb, Ray, TriangleRay};
+use glam::Vec3;
+use std::num::NonZeroUsize;
+
+/// Eight triangles, coordinate by coordinate: `corners[corner][axis][lane]`. Absent ones are NaN, which fails every
+/// comparison. 320 bytes, five cache lines.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct TriangleBlock {
+    corners: [[[f32; 8]; 3]; 3],
+    ids: [u32; 8],
+}
+
+impl TriangleBlock {
+    #[inline(always)]
+    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        self.corners.map(|[x, y, z]| Vec3::new(x[lane & 7], y[lane & 7], z[lane & 7]))
+    }
+}
+
+/// A hit with a triangle of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// In units of the ray's direction.
+    pub t: f64,
+    /// Index of the triangle.
+    pub triangle: u32,
+    /// Weight of the second corner.
+    pub u: f64,
+    /// Weight of the third corner.
+    pub v: f64,
+}
+
+/// A tree with its triangles.
+#[derive(Clone, Debug)]
+pub struct Triangles {
+    tree: Bvh,
+    blocks: Vec<TriangleBlock>,
+}
+
+impl Triangles {
+    /// Builds the tree over triangles, given by their corners.
+    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3], isa: Isa, threads: NonZeroUsize) -> Self {
+        let boxes: Vec<Aabb> = (0..count).map(|i| Aabb::of_points(corners(i))).collect();
+        let (tree, slots) = Bvh::build(&boxes, 8, isa, threads);
+        let blocks = slots
+            .chunks_exact(8)
+            .map(|slots| {
+                let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
+                for (lane, &id) in slots.iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
+                    for (corner, p) in corners(id as usize).into_iter().enumerate() {
+                        for axis in 0..3 {
+                            block.corners[corner][axis][lane] = p[axis];
+                        }
+                    }
+                    block.ids[lane] = id;
+                }
+                block
+            })
+            .collect();
+        Self { tree, blocks }
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &Bvh {
+        &self.tree
+    }
+
+    /// Bytes of nodes and blocks.
+    pub fn bytes(&self) -> usize {
+        self.tree.bytes() + size_of_val(&*self.blocks)
+    }
+
+    /// The closest hit of a ray; of hits at the same t the one of the smallest index.
+    pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
+        let mut visitor =
+            Visitor::<K::Triangles, false> { blocks: &self.blocks, test: self.test::<K>(ray), best: None };
+        self.tree.traverse::<K::Boxes, _>(ray, &mut visitor);
+        visitor.best
+    }
+
+    /// Whether a ray meets any triangle.
+    pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
+        let mut visitor = Visitor::<K::Triangles, true> { blocks: &self.blocks, test: self.test::<K>(ray), best: None };
+        self.tree.traverse::<K::Boxes, _>(ray, &mut visitor)
+    }
+
+    fn test<K: TreeKernels>(&self, ray: &Ray) -> K::Triangles {
+        K::Triangles::new(ray, self.tree.bounds().max_abs())
+    }
+}
+
+struct Visitor<'a, T, const ANY_HIT: bool> {
+    blocks: &'a [TriangleBlock],
+    test: T,
+    best: Option<TriangleHit>,
+}
+
+impl<T: BlockTest, const ANY_HIT: bool> LeafVisitor for Visitor<'_, T, ANY_HIT> {
+    const ANY_HIT: bool = ANY_HIT;
+
+    #[inline(always)]
+    fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool {
+        let block = &self.blocks[block as usize];
+        let mut candidates = self.test.candidates(lanes, block);
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize;
+            candidates &= candidates - 1;
+            let Some((t, u, v)) = self.test.decide(block, lane, *t_max) else { continue };
+            if ANY_HIT {
+                return true;
+            }
+            let triangle = block.ids[lane & 7];
+            if t < *t_max || self.best.is_none_or(|b| triangle < b.triangle) {
+                self.best = Some(TriangleHit { t, triangle, u, v });
+                *t_max = t;
+                self.test.shorten(t);
+            }
+        }
+        false
+    }
+}
+
+/// A ray against blocks of triangles: candidates eight at a time, decisions one by one.
+pub trait BlockTest {
+    /// Prepares a ray for triangles whose coordinates are at most `extent` in magnitude.
+    fn new(ray: &Ray, extent: f64) -> Self;
+
+    /// The lanes that `decide` has to look at, a bit each: all that it might accept, and few others.
+    fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32;
+
+    /// (t, u, v) of the hit with a lane's triangle, if there is one with t_min < t <= `t_max`.
+    fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)>;
+
+    /// Tells that hits beyond `t_max` do not count any more.
+    fn shorten(&mut self, t_max: f64);
+}
+
+/// The watertight f64 test alone, for every triangle: the yardstick.
+pub struct PlainWoopTest(TriangleRay);
+
+impl BlockTest for PlainWoopTest {
+    fn new(ray: &Ray, _extent: f64) -> Self {
+        Self(TriangleRay::new(ray))
+    }
+
+    #[inline(always)]
+    fn candidates<L: Lanes>(&mut self, _lanes: L, block: &TriangleBlock) -> u32 {
+        (0..8).filter(|&lane| block.ids[lane] != EMPTY_SLOT).map(|lane| 1 << lane).sum()
+    }
+
+    #[inline(always)]
+    fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
+        self.0.intersect(&block.triangle(lane), t_max)
+    }
+
+    fn shorten(&mut self, _t_max: f64) {}
+}
+
+/// f32 candidates with a proven bound, decided by the watertight f64 test: the same hits as [`PlainWoopTest`], bit for bit
+/// (robust-leaf.md, design A with the slack of each lane).
+///
+/// With u = 2^-24, R the extent, L <= 2R the size of a triangle, S = (dx/dz, dy/dz) and c = S oz - o in f64: a corner is sheared as
+/// a = (v - S vz) + c. Rounding: slope uR, product uR (none if fused), difference 2uR, c 2uR (if the triangle holds the
+/// ray, |c| <= 2R), sum 2uL <= 4uR, and the f64 test's own 2^-50(|o| + R) < 0.2uR while |o| <= 1e7 R: together less than
+/// d = 13uR. An edge function cx by - cy bx of coordinates of magnitude at most M is then off by at most 4dM + 2d², and by
+/// 4u(M + d)² of rounding (3u if fused); with M <= 2L + d <= 4R + d that is less than M(4d + 16uR) + 6d².
+pub struct WatertightTest {
+    exact: TriangleRay,
+    slope: [f32; 2],
+    offset: [f32; 2],
+    slack: [f32; 2],
+    axes: [usize; 3],
+    /// Bounds of the ray along its largest axis, rounded outward.
+    z_low: f32,
+    z_high: f32,
+    origin_z: f64,
+    direction_z: f64,
+    z_pad: f64,
+}
+
+impl WatertightTest {
+    /// The coordinate along the largest axis at t, rounded away from the ray.
+    #[inline(always)]
+    fn z_at(&self, t: f64, away: f64) -> f32 {
+        let z = self.origin_z + t * self.direction_z;
+        (z + away * (z.abs() * 1.3e-7 + self.z_pad)) as f32
+    }
+}
+
+impl BlockTest for WatertightTest {
+    #[inline(always)]
+    fn new(ray: &Ray, extent: f64) -> Self {
+        let exact = TriangleRay::new(ray);
+        let [x, y, z] = exact.axes;
+        let u = 1.0 / 16_777_216.0;
+        let d = 13.0 * u * extent;
+        let origin_size = ray.origin.abs().max_element();
+        // Beyond 1e7 extents the bound does not hold: every lane goes to the f64 test.
+        let floor = if origin_size <= 1e7 * extent { (6.0 * d * d) as f32 } else { f32::INFINITY };
+        let mut test = Self {
+            slope: [exact.shear.x as f32, exact.shear.y as f32],
+            offset: [
+                (exact.shear.x * ray.origin[z] - ray.origin[x]) as f32,
+                (exact.shear.y * ray.origin[z] - ray.origin[y]) as f32,
+            ],
+            slack: [((4.0 * d + 16.0 * u * extent) * 1.001) as f32, floor * 1.001],
+            axes: exact.axes,
+            z_low: 0.0,
+            z_high: 0.0,
+            origin_z: ray.origin[z],
+            direction_z: ray.direction[z],
+            z_pad: 8e-15 * (ray.origin[z].abs() + extent),
+            exact,
+        };
+        let side = 1f64.copysign(test.direction_z);
+        let (start, end) = (test.z_at(ray.t_min, -side), test.z_at(ray.t_max, side));
+        (test.z_low, test.z_high) = if test.direction_z > 0.0 { (start, end) } else { (end, start) };
+        test
+    }
+
+    #[inline(always)]
+    fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32 {
+        let [kx, ky, kz] = self.axes;
+        let coordinate = |corner: usize, axis: usize| lanes.load(&block.corners[corner][axis]);
+        let (sx, sy) = (lanes.splat(self.slope[0]), lanes.splat(self.slope[1]));
+        let (ox, oy) = (lanes.splat(self.offset[0]), lanes.splat(self.offset[1]));
+        let (z0, z1, z2) = (coordinate(0, kz), coordinate(1, kz), coordinate(2, kz));
+        let ax = lanes.add(lanes.neg_mul_add(z0, sx, coordinate(0, kx)), ox);
+        let bx = lanes.add(lanes.neg_mul_add(z1, sx, coordinate(1, kx)), ox);
+        let cx = lanes.add(lanes.neg_mul_add(z2, sx, coordinate(2, kx)), ox);
+        let ay = lanes.add(lanes.neg_mul_add(z0, sy, coordinate(0, ky)), oy);
+        let by = lanes.add(lanes.neg_mul_add(z1, sy, coordinate(1, ky)), oy);
+        let cy = lanes.add(lanes.neg_mul_add(z2, sy, coordinate(2, ky)), oy);
+        let u = lanes.mul_sub(cx, by, lanes.mul(cy, bx));
+        let v = lanes.mul_sub(ax, cy, lanes.mul(ay, cx));
+        let w = lanes.mul_sub(bx, ay, lanes.mul(by, ax));
+        let low = lanes.min(lanes.min(u, v), w);
+        let high = lanes.max(lanes.max(u, v), w);
+        let size_x = lanes.max(lanes.max(lanes.abs(ax), lanes.abs(bx)), lanes.abs(cx));
+        let size_y = lanes.max(lanes.max(lanes.abs(ay), lanes.abs(by)), lanes.abs(cy));
+        let slack = lanes.mul_add(lanes.max(size_x, size_y), lanes.splat(self.slack[0]), lanes.splat(self.slack[1]));
+        let zero = lanes.splat(0.0);
+        let inside = lanes.le(lanes.sub(zero, slack), low) | lanes.le(high, slack);
+        let z_min = lanes.min(lanes.min(z0, z1), z2);
+        let z_max = lanes.max(lanes.max(z0, z1), z2);
+        inside & lanes.le(lanes.splat(self.z_low), z_max) & lanes.le(z_min, lanes.splat(self.z_high))
+    }
+
+    #[inline(always)]
+    fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
+        self.exact.intersect(&block.triangle(lane), t_max)
+    }
+
+    #[inline(always)]
+    fn shorten(&mut self, t_max: f64) {
+        if self.direction_z > 0.0 {
+            self.z_high = self.z_at(t_max, 1.0);
+        } else {
+            self.z_low = self.z_at(t_max, -1.0);
+        }
+    }
+}
+
+/// Möller and Trumbore (1997) in f32, eight at a time, without fused operations, so that every instruction set gives the same
+/// bits. `CLASSIC`: determinants up to 1e-6 are taken for parallel.
+pub struct MoellerTrumboreTest<const CLASSIC: bool> {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    t_min: f64,
+    t: [f32; 8],
+    u: [f32; 8],
+    v: [f32; 8],
+}
+
+impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
+    #[inline(always)]
+    fn new(ray: &Ray, _extent: f64) -> Self {
+        let (origin, direction) = (ray.origin.as_vec3().into(), ray.direction.as_vec3().into());
+        Self { origin, direction, t_min: ray.t_min, t: [0.0; 8], u: [0.0; 8], v: [0.0; 8] }
+    }
+
+    #[inline(always)]
+    fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32 {
+        let corner = |corner: usize| Triple::load(lanes, &block.corners[corner]);
+        let (a, b, c) = (corner(0), corner(1), corner(2));
+        let (o, d) = (Triple::splat(lanes, self.origin), Triple::splat(lanes, self.direction));
+        let (e1, e2) = (b.sub(lanes, a), c.sub(lanes, a));
+        let p = d.cross(lanes, e2);
+        let det = e1.dot(lanes, p);
+        let inverse = lanes.div(lanes.splat(1.0), det);
+        let s = o.sub(lanes, a);
+        let u = lanes.mul(s.dot(lanes, p), inverse);
+        let q = s.cross(lanes, e1);
+        let v = lanes.mul(d.dot(lanes, q), inverse);
+        let t = lanes.mul(e2.dot(lanes, q), inverse);
+        let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
+        let parallel = lanes.le(lanes.abs(det), lanes.splat(if CLASSIC { 1e-6 } else { 0.0 }));
+        self.t = lanes.store(t);
+        self.u = lanes.store(u);
+        self.v = lanes.store(v);
+        lanes.le(zero, u) & lanes.le(zero, v) & lanes.le(lanes.add(u, v), one) & !parallel
+    }
+
+    #[inline(always)]
+    fn decide(&self, _block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
+        let t = f64::from(self.t[lane & 7]);
+        (t > self.t_min && t <= t_max).then(|| (t, f64::from(self.u[lane & 7]), f64::from(self.v[lane & 7])))
+    }
+
+    fn shorten(&mut self, _t_max: f64) {}
+}
+
+/// Three coordinates in lanes.
+#[derive(Clone, Copy)]
+struct Triple<V>(V, V, V);
+
+impl<V: Copy> Triple<V> {
+    #[inline(always)]
+    fn load<L: Lanes<V = V>>(lanes: L, [x, y, z]: &[[f32; 8]; 3]) -> Self {
+        Self(lanes.load(x), lanes.load(y), lanes.load(z))
+    }
+    #[inline(always)]
+    fn splat<L: Lanes<V = V>>(lanes: L, [x, y, z]: [f32; 3]) -> Self {
+        Self(lanes.splat(x), lanes.splat(y), lanes.splat(z))
+    }
+    #[inline(always)]
+    fn sub<L: Lanes<V = V>>(self, lanes: L, o: Self) -> Self {
+        Self(lanes.sub(self.0, o.0), lanes.sub(self.1, o.1), lanes.sub(self.2, o.2))
+    }
+    #[inline(always)]
+    fn dot<L: Lanes<V = V>>(self, lanes: L, o: Self) -> V {
+        lanes.add(lanes.add(lanes.mul(self.0, o.0), lanes.mul(self.1, o.1)), lanes.mul(self.2, o.2))
+    }
+    #[inline(always)]
+    fn cross<L: Lanes<V = V>>(self, lanes: L, o: Self) -> Self {
+        let term = |a: V, b: V, c: V, d: V| lanes.sub(lanes.mul(a, b), lanes.mul(c, d));
+        Self(term(self.1, o.2, self.2, o.1), term(self.2, o.0, self.0, o.2), term(self.0, o.1, self.1, o.0))
+    }
+}

@@ -1,0 +1,194 @@
+//! The triangle kernels of every instruction set against the all-f64 yardstick and against brute force, bit for bit.
+
+use glam::{DVec3, Vec3};
+use glimt::bvh::{Isa, TreeKernels, TriangleHit, Triangles};
+use glimt::geometry::{Fast, Ray, Reference, Robust, TriangleRay};
+use glimt::math::SplitMix64;
+use std::num::NonZeroUsize;
+
+type Corners = Vec<[Vec3; 3]>;
+
+fn build(triangles: &Corners, isa: Isa) -> Triangles {
+    Triangles::build(triangles.len(), |i| triangles[i], isa, NonZeroUsize::MIN)
+}
+
+fn available() -> impl Iterator<Item = Isa> {
+    Isa::ALL.into_iter().filter(|isa| isa.is_available())
+}
+
+fn unit(rng: &mut SplitMix64) -> DVec3 {
+    loop {
+        let p = DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+        if (0.01..=1.0).contains(&p.length_squared()) {
+            return p.normalize();
+        }
+    }
+}
+
+/// A closed sphere of 20 · 4^level triangles whose neighbours share their corners bit for bit.
+fn icosphere(level: u32, size: f32) -> Corners {
+    let phi = (1.0 + 5f32.sqrt()) / 2.0;
+    let p: Vec<Vec3> = [(-1.0, phi), (1.0, phi), (-1.0, -phi), (1.0, -phi)]
+        .iter()
+        .flat_map(|&(a, b)| [Vec3::new(a, b, 0.0), Vec3::new(0.0, a, b), Vec3::new(b, 0.0, a)])
+        .collect();
+    // The faces of the convex hull: all triples of mutual neighbours (distance 2), turned outward.
+    let near = |a: Vec3, b: Vec3| (a.distance_squared(b) - 4.0).abs() < 1e-3;
+    let mut faces = Corners::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                if near(p[i], p[j]) && near(p[j], p[k]) && near(p[i], p[k]) {
+                    let outward = (p[j] - p[i]).cross(p[k] - p[i]).dot(p[i]) > 0.0;
+                    faces.push(if outward { [p[i], p[j], p[k]] } else { [p[i], p[k], p[j]] });
+                }
+            }
+        }
+    }
+    assert_eq!(faces.len(), 20);
+    for _ in 0..level {
+        let middle = |a: Vec3, b: Vec3| ((a + b) / 2.0).normalize() * phi;
+        faces = faces
+            .into_iter()
+            .flat_map(|[a, b, c]| {
+                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    faces.into_iter().map(|f| f.map(|p| p.normalize() * size)).collect()
+}
+
+/// Triangles of many sizes and shapes, slivers among them.
+fn soup(n: usize, rng: &mut SplitMix64) -> Corners {
+    (0..n)
+        .map(|_| {
+            let at = (unit(rng) * rng.unit()).as_vec3();
+            let size = 10f64.powf(rng.range(-4.0, -0.5));
+            let thin = 10f64.powf(rng.range(-4.0, 0.0));
+            let (a, b) = (unit(rng) * size, unit(rng) * size);
+            [at, at + a.as_vec3(), at + (a * 0.5 + b * thin).as_vec3()]
+        })
+        .collect()
+}
+
+/// A point of a triangle that is hard to decide: a corner, on an edge, beside one, or inside.
+fn hard_point(triangle: &[Vec3; 3], rng: &mut SplitMix64) -> DVec3 {
+    let [a, b, c] = triangle.map(|p| p.as_dvec3());
+    match rng.next_u64() % 5 {
+        0 => a,
+        1 => (a + b) / 2.0,
+        2 => a.lerp(b, rng.unit()),
+        3 => a.lerp(b, rng.unit()) + unit(rng) * (b - a).length() * 10f64.powf(rng.range(-14.0, -5.0)),
+        _ => a + (b - a) * (rng.unit() * 0.5) + (c - a) * (rng.unit() * 0.5),
+    }
+}
+
+fn random_ray(triangles: &Corners, size: f64, rng: &mut SplitMix64) -> Ray {
+    let target = hard_point(&triangles[(rng.next_u64() % triangles.len() as u64) as usize], rng);
+    let distance = size * 10f64.powf(rng.range(-2.0, 4.0));
+    let origin = match rng.next_u64() % 4 {
+        0 => unit(rng) * size * rng.unit(),
+        _ => target + unit(rng) * distance,
+    };
+    let direction = target - origin;
+    let mut ray =
+        Ray::new(origin, if rng.next_u64().is_multiple_of(2) { direction } else { direction.normalize_or(DVec3::X) });
+    match rng.next_u64() % 8 {
+        0 => ray.t_max = rng.unit() * 2.0,
+        1 => ray.t_min = rng.unit(),
+        2 => {
+            ray.direction[(rng.next_u64() % 3) as usize] = 0.0;
+            if ray.direction == DVec3::ZERO {
+                ray.direction = DVec3::Y;
+            }
+        }
+        _ => {}
+    }
+    ray
+}
+
+fn brute_force(triangles: &Corners, ray: &Ray) -> Option<TriangleHit> {
+    let prepared = TriangleRay::new(ray);
+    let hits = triangles.iter().zip(0..).filter_map(|(corners, triangle)| {
+        prepared.intersect(corners, ray.t_max).map(|(t, u, v)| TriangleHit { t, triangle, u, v })
+    });
+    hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
+}
+
+fn bits(hit: Option<TriangleHit>) -> Option<(u64, u32, u64, u64)> {
+    hit.map(|h| (h.t.to_bits(), h.triangle, h.u.to_bits(), h.v.to_bits()))
+}
+
+#[test]
+fn every_instruction_set_returns_the_hit_of_brute_force_to_the_last_bit() {
+    let mut rng = SplitMix64(31);
+    for (what, triangles, size) in
+        [("soup", soup(300, &mut rng), 1.0), ("sphere", icosphere(2, 1e-3), 1e-3), ("one", soup(1, &mut rng), 1.0)]
+    {
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        for i in 0..40_000 {
+            let ray = random_ray(&triangles, size, &mut rng);
+            let expected = bits(brute_force(&triangles, &ray));
+            for (isa, tree) in &trees {
+                assert_eq!(bits(tree.intersect::<Robust>(&ray)), expected, "{what} {i} {} {ray:?}", isa.name());
+                assert_eq!(tree.occluded::<Robust>(&ray), expected.is_some(), "{what} {i} {} {ray:?}", isa.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn every_instruction_set_returns_the_hit_of_an_all_f64_traversal_in_large_trees() {
+    let mut rng = SplitMix64(32);
+    for (what, triangles, size) in [
+        ("soup", soup(20_000, &mut rng), 1.0),
+        ("sphere", icosphere(5, 1.0), 1.0),
+        ("large sphere", icosphere(4, 1e3), 1e3),
+        ("small sphere", icosphere(4, 1e-6), 1e-6),
+    ] {
+        let reference = build(&triangles, Isa::Portable);
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        for i in 0..100_000 {
+            let ray = random_ray(&triangles, size, &mut rng);
+            let expected = bits(reference.intersect::<Reference>(&ray));
+            for (isa, tree) in &trees {
+                assert_eq!(bits(tree.intersect::<Robust>(&ray)), expected, "{what} {i} {} {ray:?}", isa.name());
+                assert_eq!(tree.occluded::<Robust>(&ray), expected.is_some(), "{what} {i} {} {ray:?}", isa.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn no_ray_from_inside_of_a_closed_mesh_gets_out() {
+    let mut rng = SplitMix64(33);
+    for size in [1e-3f32, 1.0, 1e3] {
+        let triangles = icosphere(4, size);
+        let tree = build(&triangles, Isa::best());
+        for _ in 0..200_000 {
+            let target = hard_point(&triangles[(rng.next_u64() % triangles.len() as u64) as usize], &mut rng);
+            let origin = unit(&mut rng) * f64::from(size) * 0.9 * rng.unit();
+            let ray = Ray::new(origin, target - origin);
+            assert!(tree.intersect::<Robust>(&ray).is_some(), "size {size}: {ray:?}");
+        }
+    }
+}
+
+#[test]
+fn every_instruction_set_returns_the_same_hit_of_the_fast_kernel() {
+    fn bits_of<K: TreeKernels>(tree: &Triangles, ray: &Ray) -> Option<(u64, u32, u64, u64)> {
+        bits(tree.intersect::<K>(ray))
+    }
+    let mut rng = SplitMix64(34);
+    let triangles = icosphere(5, 1.0);
+    let trees: Vec<_> = available().map(|isa| build(&triangles, isa)).collect();
+    let mut differ = 0;
+    for _ in 0..100_000 {
+        let ray = Ray::new(unit(&mut rng) * 3.0, unit(&mut rng));
+        let first = bits_of::<Fast>(&trees[0], &ray);
+        // Its boxes are not conservative, so that a fused and an unfused slab may pass over different ones.
+        differ += trees[1..].iter().filter(|tree| bits_of::<Fast>(tree, &ray) != first).count();
+    }
+    assert!(differ <= 2, "{differ} of 100000 rays differ");
+}

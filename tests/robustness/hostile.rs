@@ -1,0 +1,127 @@
+//! Rows 14, 20, 28, 32: coincidence, singular points, extreme numbers.
+
+use crate::support::*;
+use crate::*;
+use glam::{DVec2, DVec3};
+use glimt::description::*;
+use glimt::math::{Rgb, SplitMix64};
+use glimt::render::{self, RenderEvent};
+use std::f64::consts::TAU;
+
+#[test]
+fn coincident_faces_show_one_of_them_the_same_one_everywhere_and_for_any_thread_count() {
+    let mut d = desc(80, 60, perspective(v(2.0, 2.0, 3.0), DVec3::ZERO, DVec3::Y, 40.0));
+    d.materials = vec![flat("red", Rgb::new(1.0, 0.0, 0.0)), flat("green", Rgb::new(0.0, 1.0, 0.0))];
+    d.objects = vec![
+        cuboid(v(0.0, 0.0, 0.0), DVec3::ONE, "red"),
+        cuboid(v(0.0, 0.0, 0.0), DVec3::ONE, "green"),
+        quad(v(0.0, -1.0, 0.0), 4.0, DVec3::ZERO, "green"),
+        quad(v(0.0, -1.0, 0.0), 4.0, DVec3::ZERO, "red"),
+    ];
+    let one = render_with(&d, settings(1, 64));
+    let (red, green) = one.pixels().iter().fold((0, 0), |(r, g), p| (r + (p[0] > 0.5) as u32, g + (p[1] > 0.5) as u32));
+    // The first of each pair: a red cube on a green quad, without a speck of the other.
+    assert!(red > 200 && green > 200, "{red} {green}");
+    d.objects.remove(3);
+    d.objects.remove(1);
+    assert_eq!(render(&d).hash(), one.hash(), "a speck of the hidden twin shows");
+}
+
+#[test]
+fn a_light_on_a_surface_or_a_vertex_gives_no_nan() {
+    let file = model_file("light-vertex", &octahedron_obj());
+    for position in [DVec3::ZERO, v(0.0, 1.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 0.0, 0.0)] {
+        for falloff in [Falloff::None, Falloff::InverseSquare] {
+            let mut d = desc(33, 33, orthographic(v(0.0, 3.0, 0.0), DVec3::ZERO, DVec3::NEG_Z, 2.0));
+            d.materials = vec![MaterialDesc { specular: 0.5, shininess: 2.5, ..matte("matte", WHITE) }];
+            // The light is at a point of the floor that the middle pixel sees, or at a vertex of the mesh.
+            d.objects = if position == DVec3::ZERO {
+                vec![object(ShapeDesc::Plane, "matte")]
+            } else {
+                vec![mesh(&file, "matte"), at(v(0.0, -1.0, 0.0), object(ShapeDesc::Plane, "matte"))]
+            };
+            d.lights = vec![point_light(position, WHITE, 1.0, falloff)];
+            let film = render(&d);
+            assert!(film.pixels().iter().flatten().all(|c| c.is_finite()));
+            if position == DVec3::ZERO {
+                assert_eq!(film.pixel(16, 16), [0.0; 3], "a light at distance 0 gives nothing");
+            }
+        }
+    }
+    std::fs::remove_file(file).ok();
+}
+
+#[test]
+fn textures_have_no_seam_and_no_hole_at_poles() {
+    // Row 28. A ball with an even checker of 16 squares round: rows of the picture cross the seam; the equator's
+    // squares must all be equally wide, and the poles finite. Looking at the seam (u = 0 = 1 at -z).
+    for toward in [DVec3::NEG_Z, DVec3::Y, DVec3::NEG_Y] {
+        let up = if toward.y == 0.0 { DVec3::Y } else { DVec3::Z };
+        let mut d = desc(101, 101, orthographic(toward * 5.0, DVec3::ZERO, up, 2.2));
+        d.materials = vec![MaterialDesc { texture: checker(WHITE, Rgb::BLACK, 0.125), ..flat("checker", WHITE) }];
+        d.objects = vec![sphere(DVec3::ZERO, 1.0, "checker")];
+        let excluded = assert_image("poles-and-seam", &render(&d), EXACT, |x, y| {
+            let (o, dir) = pixel_ray(&d, x, y);
+            let foot = o - dir * o.dot(dir);
+            let rho2 = foot.length_squared();
+            if rho2 > 1.0 {
+                return Some([0.0; 3]);
+            }
+            let n = foot - dir * (1.0 - rho2).sqrt();
+            let (s, t) = ((0.5 + n.x.atan2(n.z) / TAU) * 8.0, (0.5 + n.y.asin() / (TAU / 2.0)) * 8.0);
+            // On an edge of a square, or at the very pole where all of u meets.
+            if (s - s.round()).abs() < 1e-9 || (t - t.round()).abs() < 1e-9 {
+                return None;
+            }
+            Some([if (s.floor() + t.floor()).rem_euclid(2.0) == 0.0 { 1.0 } else { 0.0 }; 3])
+        });
+        // The rows and columns through the middle lie on edges.
+        assert!(excluded <= 450, "{excluded}");
+    }
+}
+
+#[test]
+fn empty_and_extreme_scenes_have_a_picture() {
+    let mut rng = SplitMix64(32);
+    let mut d = desc(17, 9, perspective(v(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y, 40.0));
+    d.world.background = SKY;
+    assert_image("empty", &render(&d), EXACT, |x, y| Some(sky(pixel_ray(&d, x, y).1.y)));
+    d.lights.push(sun(DVec3::Y, WHITE, 1.0));
+    assert_image("only-light", &render(&d), EXACT, |x, y| Some(sky(pixel_ray(&d, x, y).1.y)));
+    // Fields of view next to 0 and 180 degrees, sizes and distances over the whole range of f32 and beyond.
+    d.materials = vec![matte("matte", WHITE), fresnel("glass", 1.5), mirror("mirror", Rgb::BLACK, 1.0)];
+    for _ in 0..200 {
+        let mut d = d.clone();
+        let mut length = || 10f64.powf(rng.range(-30.0, 30.0));
+        let size = length();
+        d.camera.position = v(0.0, 0.0, length() + size);
+        for (i, shape) in [
+            ShapeDesc::Sphere { radius: size },
+            ShapeDesc::Cuboid { size: v(length(), size, size) },
+            ShapeDesc::Cylinder { radius: size, height: length() },
+            ShapeDesc::Cone { radius: length(), height: size },
+            ShapeDesc::Plane,
+            ShapeDesc::Quad { size: DVec2::new(size, length()) },
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let material = ["matte", "glass", "mirror"][i % 3];
+            d.objects.push(object(shape, material));
+        }
+        d.lights.push(point_light(v(length(), length(), length()), WHITE, 1.0, Falloff::InverseSquare));
+        d.camera.projection = Projection::Perspective { fov: 10f64.powf(rng.range(-6.0, 2.255)) };
+        // Whether such a scene can be compiled is the compiler's to say; if it can, it has a picture.
+        if let Ok(scene) = glimt::scene::compile(&d, None) {
+            for event in render::start(std::sync::Arc::new(scene), settings(1, 8)).events() {
+                match event {
+                    RenderEvent::TileFinished { tile, .. } => {
+                        assert!(tile.pixels.iter().flatten().all(|c| !c.is_nan()), "{d:#?}");
+                    }
+                    RenderEvent::Failed(error) => panic!("{error}\n{d:#?}"),
+                    _ => {}
+                }
+            }
+        }
+    }
+}
