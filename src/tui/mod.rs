@@ -15,6 +15,7 @@ pub mod camera;
 pub mod color;
 pub mod command;
 mod encode;
+pub mod event;
 mod format;
 pub mod key;
 pub mod layout;

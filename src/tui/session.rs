@@ -1,7 +1,8 @@
 //! The interface at work: threads, the loop that joins them, and the effects of the state in the world.
 
-use super::app::{App, Effect, Event, Exit};
+use super::app::App;
 use super::color::ColorMode;
+use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
 use super::view::view;
