@@ -62,7 +62,8 @@ pub struct App {
     layout: Layout,
     size: (u16, u16),
     preview: Preview,
-    film: Film,
+    /// Shared with a save that is under way, which then costs a copy at the next tile and none if there is no more.
+    film: Arc<Film>,
     scene: Option<Arc<Scene>>,
     progress: Option<Progress>,
     /// The numbers on the screen and their time: renewed only so often that they can be read.
@@ -104,7 +105,7 @@ impl App {
         (columns, rows): (u16, u16),
     ) -> Self {
         let desc = Arc::new(desc);
-        let film = Film::new(desc.film.width, desc.film.height);
+        let film = Arc::new(Film::new(desc.film.width, desc.film.height));
         let mut app = Self {
             original: desc.clone(),
             desc,
@@ -328,7 +329,7 @@ impl App {
         match result {
             Ok(scene) => {
                 if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
-                    self.film = Film::new(scene.width, scene.height);
+                    self.film = Arc::new(Film::new(scene.width, scene.height));
                     self.lay_out();
                 }
                 if let (None, Some(warning)) = (&self.scene, scene.summary.warnings.first()) {
@@ -365,7 +366,7 @@ impl App {
         match event {
             RenderEvent::TileStarted { .. } => {}
             RenderEvent::TileFinished { tile, .. } => {
-                self.film.write(&tile);
+                Arc::make_mut(&mut self.film).write(&tile);
                 self.preview.mark(tile.rect);
                 if self.save_wanted && self.is_whole() {
                     return self.save();
@@ -459,7 +460,7 @@ impl App {
     }
 
     /// The picture in pixels.
-    pub fn film(&self) -> &Film {
+    pub fn film(&self) -> &Arc<Film> {
         &self.film
     }
 

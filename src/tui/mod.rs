@@ -7,8 +7,8 @@
 //! ```
 //!
 //! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it; [`command`] is the one
-//! table of keys. [`writer`] sends what differs, at the pace that [`pacer`] learns from the terminal's answers.
-//! [`terminal`] holds the modes, `session` ties all together.
+//! table of keys. [`writer`] sends what differs, at the pace that `pacer` learns from the terminal's answers.
+//! `terminal` holds the modes, `session` ties all together.
 
 pub mod app;
 pub mod camera;
