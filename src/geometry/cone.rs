@@ -22,13 +22,15 @@ pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let mut inside = Interval::ALL;
     inside.clip_slab(o.y, d.y, BOTTOM, APEX);
     let (ow, dw) = (1.0 - o.y, -d.y);
-    let (rho, radius) = (o.x.hypot(o.z), SLOPE * ow.abs());
+    // Not `hypot`: the library's took a sixth of the frame, and coordinates here are of the size of the shape.
+    let norm = |x: f64, z: f64| (x * x + z * z).sqrt();
+    let (rho, radius) = (norm(o.x, o.z), SLOPE * ow.abs());
     let c = (rho - radius) * (rho + radius);
-    let (dr, dk) = (d.x.hypot(d.z), SLOPE * dw.abs());
+    let (dr, dk) = (norm(d.x, d.z), SLOPE * dw.abs());
     let a = (dr - dk) * (dr + dk);
     let b = o.x * d.x + o.z * d.z - SLOPE * SLOPE * ow * dw;
     let swirl = (o.x * d.z - o.z * d.x).abs();
-    let lean = SLOPE * (o.x * dw - ow * d.x).hypot(o.z * dw - ow * d.z);
+    let lean = SLOPE * norm(o.x * dw - ow * d.x, o.z * dw - ow * d.z);
     let disc = (lean - swirl) * (lean + swirl);
     if a > 0.0 {
         // The line leaves the double cone at both ends: inside between the roots.

@@ -31,7 +31,7 @@ pub fn cylinder_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let mut inside = Interval::ALL;
     inside.clip_slab(o.y, d.y, BOTTOM, TOP);
     let a = d.x * d.x + d.z * d.z;
-    let rho = o.x.hypot(o.z);
+    let rho = (o.x * o.x + o.z * o.z).sqrt();
     let c = (rho - 1.0) * (rho + 1.0);
     if a == 0.0 {
         if c > 0.0 {

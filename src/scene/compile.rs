@@ -131,18 +131,18 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
         };
         assets.meshes.insert(key, mesh);
     }
-    let of_meshes = assets.meshes.values().flat_map(|m| m.materials.iter());
-    for (index, material) in desc.materials.iter().chain(of_meshes).enumerate() {
+    let described = desc.materials.iter().map(|m| (m, format!("material \"{}\"", m.name)));
+    let of_meshes = assets.meshes.iter().flat_map(|((file, _), mesh)| {
+        mesh.materials.iter().map(|m| (m, format!("material \"{}\" of {}", m.name, file.display())))
+    });
+    for (material, user) in described.chain(of_meshes) {
         let Some(TextureDesc { source: TextureSource::Image { file, .. }, .. }) = &material.texture else { continue };
         if assets.images.contains_key(file) {
             continue;
         }
         let image = match previous.and_then(|p| p.images.get(file)) {
             Some(image) => image.clone(),
-            None => Arc::new(
-                load_image(file)
-                    .map_err(|error| CompileError::Asset { user: label("material", index, &material.name), error })?,
-            ),
+            None => Arc::new(load_image(file).map_err(|error| CompileError::Asset { user, error })?),
         };
         assets.images.insert(file.clone(), image);
     }
