@@ -12,7 +12,9 @@ from PIL import Image, ImageDraw, ImageFont
 
 
 def write_small(image, path):
-    small = image.convert("RGB").quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.FLOYDSTEINBERG)
+    image = image.convert("RGB")
+    palette = image.quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=2)
+    small = image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
     small.save(path, optimize=True)
     print(f"{path}: {small.width} x {small.height}, {Path(path).stat().st_size // 1000} kB")
 
