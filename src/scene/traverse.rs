@@ -52,7 +52,7 @@ impl<K: TreeKernels> Closest<'_, K> {
         match object.intersect::<K>(&Ray { t_max, ..*self.ray }, index) {
             Some(hit) if self.best.is_none_or(|b| hit.beats(&b)) => {
                 self.best = Some(hit);
-                hit.t
+                hit.reach().min(self.ray.t_max)
             }
             _ => t_max,
         }
@@ -83,7 +83,7 @@ impl<F: FnMut(u32) -> bool> LeafVisitor for AnyObject<'_, F> {
 }
 
 impl Scene {
-    /// The closest hit of a world-space ray; of hits at the same t the smallest (object, primitive).
+    /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
         let mut closest = Closest::<K> { scene: self, ray, best: None, kernels: std::marker::PhantomData };
