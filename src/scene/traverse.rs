@@ -53,7 +53,7 @@ impl<K: TreeKernels> Closest<'_, K> {
         match object.intersect::<K>(&Ray { t_max, ..self.ray }, index) {
             Some(hit) if self.best.is_none_or(|b| hit.beats(&b)) => {
                 self.best = Some(hit);
-                hit.t
+                hit.reach().min(self.ray.t_max)
             }
             _ => t_max,
         }
@@ -94,7 +94,7 @@ impl<'a, F: Fn(u32) -> bool> LeafVisitor for AnyObject<'a, F> {
 }
 
 impl Scene {
-    /// The closest hit of a world-space ray; of hits at the same t the smallest (object, primitive).
+    /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
         let mut unbounded = Closest::<K>::new((self, None), ray);
