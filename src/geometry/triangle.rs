@@ -71,6 +71,6 @@ impl TriangleRay {
         }
         let inverse = 1.0 / det;
         let t = (u * az + v * bz + w * cz) * sz * inverse;
-        (t > self.t_min && t <= t_max).then(|| (t, v * inverse, w * inverse))
+        (t > self.t_min && t <= t_max).then_some((t, v * inverse, w * inverse))
     }
 }
