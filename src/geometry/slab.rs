@@ -33,7 +33,7 @@ pub struct PaddedSlab {
     pub far: [f32; 3],
     /// In the units of `entry`, rounded down.
     pub t_min: f32,
-    /// t of the point that distances are counted from: a far origin is advanced to its closest approach.
+    /// t of the point that distances are counted from: a far origin is advanced to before its closest approach.
     start: f64,
 }
 
@@ -44,7 +44,9 @@ impl Slab for PaddedSlab {
         let origin_size = ray.origin.abs().max_element();
         let (mut o, mut start, mut pad) = (ray.origin, 0.0, 0.0);
         if origin_size > 8.0 * extent {
-            start = -o.dot(d) / d.length_squared();
+            // To two extents (of the box's corners, so 4 > 2 sqrt 3) before the closest approach: what is met lies ahead.
+            let speed = d.length();
+            start = (-o.dot(d) / speed - 4.0 * extent) / speed;
             o = ray.at(start);
             pad = 1e-15 * origin_size;
         }
@@ -56,7 +58,8 @@ impl Slab for PaddedSlab {
             near: [0.0; 3],
             far: [0.0; 3],
             start,
-            t_min: ((ray.t_min - start) as f32).next_down(),
+            // Never negative, so that distances compare as their bits do.
+            t_min: ((ray.t_min - start) as f32).next_down().max(0.0),
         };
         for k in 0..3 {
             let dk = if d[k].abs() < least { least.copysign(d[k]) } else { d[k] };
@@ -117,7 +120,7 @@ impl Slab for WideSlab {
             enter = if near > enter { near } else { enter };
             exit = if far < exit { far } else { exit };
         }
-        (enter <= exit).then(|| (enter as f32).next_down())
+        (enter <= exit).then(|| (enter as f32).next_down().max(0.0))
     }
 }
 
@@ -137,7 +140,7 @@ impl Slab for PlainSlab {
     fn new(ray: &Ray, _extent: f64) -> Self {
         let inverse = ray.direction.as_vec3().recip();
         let offset = ray.origin.as_vec3() * inverse;
-        Self { reciprocal: inverse.into(), offset: offset.into(), t_min: ray.t_min as f32 }
+        Self { reciprocal: inverse.into(), offset: offset.into(), t_min: (ray.t_min as f32).max(0.0) }
     }
 
     #[inline(always)]
