@@ -48,7 +48,7 @@ impl Bvh {
 }
 
 /// # Safety
-/// The processor has AVX2 and FMA.
+/// The processor has what [`Isa::Avx2`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn traverse_avx2<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
@@ -57,7 +57,7 @@ unsafe fn traverse_avx2<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, sourc
 }
 
 /// # Safety
-/// The processor has AVX2, FMA and AVX-512 F, VL, DQ and BW.
+/// The processor has what [`Isa::Avx512`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 unsafe fn traverse_avx512<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
