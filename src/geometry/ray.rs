@@ -16,9 +16,9 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Everything in front of `origin`.
+    /// Everything in front of `origin`, at finite distance: a ray that runs along a plane does not meet it at infinity.
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+        Self { origin, direction, t_min: 0.0, t_max: f64::MAX }
     }
 
     /// The point at `t`.

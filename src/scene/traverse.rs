@@ -109,17 +109,21 @@ impl Scene {
         let (mut ray, mut part) = (*ray, 1.0);
         while part > 0.0 {
             let Some(hit) = self.intersect::<K>(&ray) else { break };
-            part *= self.materials[self.material_of(hit.object, hit.primitive) as usize].transmit;
+            let transmit = |hit: &Hit| self.materials[self.material_of(hit.object, hit.primitive) as usize].transmit;
+            part *= transmit(&hit);
+            // Faces that touch are met at the same t, and all of them take their part.
+            let slack = hit.t * f64::EPSILON;
+            self.coincident::<K>(&ray, &hit, slack, |other| part *= transmit(&other));
             // The same ray goes on behind the hit: nothing is computed anew, so nothing is met twice or skipped.
-            ray.t_min = hit.t;
+            ray.t_min = hit.t + slack;
         }
         part
     }
 
-    /// Hits with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
+    /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
     /// of them start behind all of them, so a crossing has to deal with them together.
     pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, mut visit: impl FnMut(Hit)) {
-        let near = Ray { t_min: hit.t - slack, t_max: hit.t + slack, ..*ray };
+        let near = Ray { t_min: (hit.t - slack).max(ray.t_min), t_max: hit.t + slack, ..*ray };
         self.any_object::<K>(&near, |index| {
             if index != hit.object
                 && let Some(other) = self.geometry.objects[index as usize].intersect::<K>(&near, index)

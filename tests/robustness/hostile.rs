@@ -125,3 +125,72 @@ fn empty_and_extreme_scenes_have_a_picture() {
         }
     }
 }
+
+#[test]
+fn rays_parallel_to_a_plane_never_meet_it() {
+    // Level rays over and under a plane, and in it: minus one over zero is not a distance.
+    for (height, direction) in [
+        (1.0, DVec3::NEG_Z),
+        (-1.0, DVec3::NEG_Z),
+        (0.0, DVec3::X),
+        (-1.0, v(1.0, -0.0, 1.0)),
+        (1.0, v(1.0, -0.0, 1.0)),
+    ] {
+        let eye = v(0.0, height, 0.0);
+        // A picture of one row, so that all its rays are level.
+        for camera in [
+            perspective(eye, eye + direction, DVec3::Y, 40.0),
+            perspective(eye, eye + direction, DVec3::NEG_Y, 40.0),
+            orthographic(eye, eye + direction, DVec3::Y, 1.0),
+        ] {
+            let mut d = desc(9, 1, camera);
+            d.world.background = SKY;
+            d.materials = vec![MaterialDesc { reflect: 0.5, ..flat("floor", WHITE) }];
+            d.objects = vec![object(ShapeDesc::Plane, "floor")];
+            assert_image("level", &render(&d), EXACT, |_, _| Some(sky(0.0)));
+        }
+    }
+    // A plane met at a right angle sends a mirrored ray level along another one.
+    let mut d = desc(9, 9, orthographic(v(0.0, -3.0, 0.0), v(0.0, 0.0, 0.0), DVec3::Z, 1.0));
+    d.world.background = SKY;
+    d.materials = vec![MaterialDesc { reflect: 1.0, ..bare("mirror", Rgb::BLACK) }, flat("floor", WHITE)];
+    d.objects = vec![
+        // At 45 degrees: rays going up turn toward +x or -x, exactly level up to rounding.
+        ObjectDesc { rotate: v(0.0, 0.0, 45.0), ..at(v(0.0, -1.0, 0.0), object(ShapeDesc::Plane, "mirror")) },
+        at(v(0.0, 7.0, 0.0), object(ShapeDesc::Plane, "floor")),
+    ];
+    let film = render(&d);
+    assert!(film.pixels().iter().all(|p| p[0] == 1.0 || (f64::from(p[0]) - sky(0.0)[0]).abs() < 1e-6));
+}
+
+#[test]
+fn an_opaque_face_that_lies_on_a_glass_one_keeps_the_light_out() {
+    // Under filtered shadows: a glass block stands on an opaque table, the eye looks at the floor below. Whichever of the
+    // two comes first in the file, no light may pass where they touch.
+    for glass_first in [true, false] {
+        let mut d = desc(40, 40, orthographic(v(0.0, -0.5, 0.0), v(0.0, -2.0, 0.0), DVec3::Z, 1.0));
+        d.render.shadows = Shadows::Filtered;
+        d.materials = vec![clear("glass", 1.5), bare("table", Rgb::BLACK), matte("floor", WHITE)];
+        let block = cuboid(v(0.0, 0.5, 0.0), DVec3::ONE, "glass");
+        let table = quad(DVec3::ZERO, 4.0, DVec3::ZERO, "table");
+        d.objects = if glass_first { vec![block, table] } else { vec![table, block] };
+        d.objects.push(quad(v(0.0, -1.0, 0.0), 100.0, DVec3::ZERO, "floor"));
+        d.lights = vec![point_light(v(0.0, 3.0, 0.0), WHITE, 1.0, Falloff::None), sun(v(0.1, 1.0, 0.05), WHITE, 1.0)];
+        assert_image("light-through-a-table", &render(&d), EXACT, |_, _| Some([0.0; 3]));
+    }
+}
+
+#[test]
+fn filtered_shadows_take_their_part_at_every_surface_touching_ones_too() {
+    // Two panes of glass of k_t = 1/2 that touch: four surfaces, 1/16 of the light.
+    let mut d = desc(20, 20, orthographic(v(0.0, 0.5, 0.0), DVec3::ZERO, DVec3::Z, 1.0));
+    d.render.shadows = Shadows::Filtered;
+    d.materials = vec![MaterialDesc { transmit: 0.5, ..clear("glass", 1.5) }, matte("floor", WHITE)];
+    d.objects = vec![
+        cuboid(v(0.0, 1.5, 0.0), v(4.0, 1.0, 4.0), "glass"),
+        cuboid(v(0.0, 2.5, 0.0), v(4.0, 1.0, 4.0), "glass"),
+        object(ShapeDesc::Plane, "floor"),
+    ];
+    d.lights = vec![sun(DVec3::Y, WHITE, 1.0)];
+    assert_image("panes", &render(&d), EXACT, |_, _| Some([1.0 / 16.0; 3]));
+}
