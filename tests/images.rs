@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use glimt::description::*;
 use glimt::math::{Rgb, SplitMix64};
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use support::twin::Twin;
 use support::*;
 
@@ -376,4 +376,23 @@ translate = [0, -1, 0]
         at(v(0.0, -1.0, 0.0), object(ShapeDesc::Plane, "floor")),
     ];
     assert_eq!(render_text(text).hash(), render(&d).hash());
+}
+
+#[test]
+fn every_scene_that_ships_has_a_picture_that_all_f64_arithmetic_confirms() {
+    let mut paths = Vec::new();
+    files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"), "toml", &mut paths);
+    assert!(!paths.is_empty());
+    for path in paths {
+        let text = std::fs::read_to_string(&path).expect("a scene can be read");
+        let mut d = parse(&text, &path).unwrap_or_else(|errors| panic!("{}: {errors:#?}", path.display()));
+        d.film = FilmDesc { width: 96, height: (96 * d.film.height / d.film.width).max(1) };
+        d.render.samples = 1;
+        let robust = render(&d); // Fails on samples that are not finite.
+        let bright = robust.pixels().iter().flatten().filter(|c| **c > 0.0).count();
+        assert!(bright > 0, "{} is black", path.display());
+        d.render.numerics = Numerics::Reference;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        assert_within_one_code(&name, &robust, &render(&d), 0);
+    }
 }

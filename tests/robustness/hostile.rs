@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use crate::*;
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use glimt::description::*;
 use glimt::math::{Rgb, SplitMix64};
 use glimt::render::{self, RenderEvent};
@@ -193,4 +193,46 @@ fn filtered_shadows_take_their_part_at_every_surface_touching_ones_too() {
     ];
     d.lights = vec![sun(DVec3::Y, WHITE, 1.0)];
     assert_image("panes", &render(&d), EXACT, |_, _| Some([1.0 / 16.0; 3]));
+}
+
+#[test]
+fn faces_that_coincide_up_to_rounding_show_one_of_them_without_specks() {
+    // Row 14. A rug on a floor, a picture on a wall: the same plane by different arithmetic. The first in the file is seen.
+    for (size, rotate) in [(1.7, v(0.0, 20.0, 0.0)), (2.3, v(33.0, 20.0, 71.0)), (0.9, v(90.0, 0.0, 12.0))] {
+        let mut d = desc(90, 70, perspective(v(1.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y, 45.0));
+        d.materials = vec![flat("floor", Rgb::new(0.1, 0.2, 0.8)), flat("rug", Rgb::new(0.8, 0.2, 0.1))];
+        let up = DQuat::from_rotation_z(rotate.z.to_radians())
+            * DQuat::from_rotation_y(rotate.y.to_radians())
+            * DQuat::from_rotation_x(rotate.x.to_radians())
+            * DVec3::Y;
+        let place = v(0.3, 0.1, -0.2);
+        let floor = ObjectDesc { rotate, ..at(place, object(ShapeDesc::Plane, "floor")) };
+        let rug = quad(place, size, rotate, "rug");
+        // A box of which a face lies in the plane, for good measure.
+        let block = ObjectDesc { rotate, ..cuboid(place - up * (0.35 * size), v(0.4, 0.7, 0.5) * size, "rug") };
+        d.objects = vec![floor.clone()];
+        let bare_floor = render(&d);
+        d.objects = vec![floor.clone(), rug.clone(), block.clone()];
+        let under = render(&d);
+        d.objects = vec![rug.clone(), block.clone(), floor.clone()];
+        let over = render(&d);
+        // The side of the plane that the box is on sees the box.
+        if up.dot(d.camera.position - place) > 0.0 {
+            assert_eq!(under.hash(), bare_floor.hash());
+        }
+        // With the floor moved away by a hair, nothing coincides.
+        let hair = up * up.dot(d.camera.position - place).signum() * -1e-7;
+        d.objects[2].translate += hair;
+        assert_within_one_code("rug", &over, &render(&d), 2);
+    }
+}
+
+#[test]
+fn a_material_that_gives_back_twice_what_it_gets_does_not_take_for_ever() {
+    // Sixteen mirroring and transparent faces: 2^64 paths at this depth, were all of them followed.
+    let mut d = desc(2, 2, perspective(v(0.0, 0.5, 40.0), DVec3::ZERO, DVec3::Y, 40.0));
+    d.render.max_depth = 64;
+    d.materials = vec![MaterialDesc { reflect: 1.0, ..clear("gain", 1.5) }];
+    d.objects = (0..8).map(|i| cuboid(v(0.0, 0.0, f64::from(i)), v(100.0, 100.0, 0.5), "gain")).collect();
+    assert!(render(&d).pixels().iter().flatten().all(|c| c.is_finite()));
 }
