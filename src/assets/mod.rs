@@ -1,6 +1,7 @@
 //! Models and pictures from files: the only place that reads them. Whatever a file holds, loading ends in a value, or
 //! in an [`AssetError`] that names file, line and reason; never in a panic.
 
+mod fans;
 mod image;
 mod intern;
 mod mesh;
@@ -9,9 +10,12 @@ mod obj;
 mod obj_clean;
 mod obj_lines;
 mod obj_mtl;
+mod obj_outline;
+mod obj_part;
 mod report;
 mod resolve;
 mod triangulate;
+mod workers;
 
 pub use self::image::{Image, load_image};
 pub use obj::load_obj;

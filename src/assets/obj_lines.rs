@@ -15,9 +15,11 @@ pub(super) struct Line<'a> {
 }
 
 /// Deals out logical lines that are not empty and not comments.
+#[derive(Clone)]
 pub(super) struct Lines<'a> {
     text: &'a [u8],
-    number: usize,
+    /// Physical lines before `text`.
+    pub number: usize,
     separator: u8,
     joined: Vec<u8>,
 }
@@ -35,6 +37,21 @@ impl<'a> Lines<'a> {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let separator = if !text.contains(&b'\n') && text.contains(&b'\r') { b'\r' } else { b'\n' };
         Ok(Self { text, number: 0, separator, joined: Vec::new() })
+    }
+
+    /// Parts of about `size` bytes, cut where a logical line ends, each numbered from its own first line.
+    pub fn parts(mut self, size: usize) -> Vec<Self> {
+        let mut parts = Vec::new();
+        while !self.text.is_empty() {
+            let whole = self.text;
+            // The line that the cut falls into, and all that it goes on in.
+            self.text = &whole[whole.len().min(size)..];
+            self.physical();
+            while self.physical().is_some_and(|line| trim(line).ends_with(b"\\")) {}
+            let part = &whole[..whole.len() - self.text.len()];
+            parts.push(Self { text: part, number: 0, separator: self.separator, joined: Vec::new() });
+        }
+        parts
     }
 
     /// The next logical line. It borrows from `self` because joined lines stand in a buffer.

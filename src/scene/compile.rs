@@ -121,7 +121,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
         let mesh = match previous.and_then(|p| p.meshes.get(&key)) {
             Some(mesh) => mesh.clone(),
             None => {
-                let model = load_obj(file, *crease)
+                let model = load_obj(file, *crease, threads())
                     .map_err(|error| CompileError::Asset { user: label("object", index, &object.name), error })?;
                 let start = Instant::now();
                 let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
