@@ -773,7 +773,7 @@ fn tangle(rng: &mut SplitMix64) -> String {
                     0 | 1 => write!(obj, " {i}"),
                     2 => write!(obj, " {i}/{i}"),
                     3 => write!(obj, " {i}//-1"),
-                    _ => write!(obj, " {i}/1/{i} \\\n"),
+                    _ => writeln!(obj, " {i}/1/{i} \\"),
                 }
                 .expect("string");
             }

@@ -271,7 +271,7 @@ impl Polygons {
         if shape.is_complete {
             return missing;
         }
-        for &[a, b, c, _] in cuts.iter().filter(|cut| shape.normals[cut[3] as usize] == Vec3::ZERO) {
+        for &[a, b, c, _] in cuts.iter().filter(|cut| shape.normal(cut[3] as usize) == Vec3::ZERO) {
             let geometric = self.geometric_normal([a, b, c]).normalize_or(DVec3::Z).as_vec3();
             for corner in [a, b, c] {
                 if self.normal(corner) == Vec3::ZERO {
@@ -391,22 +391,23 @@ impl Polygons {
                     let number = &mut numbers[slot as usize];
                     if *number == UNUSED {
                         *number = order.len() as u32;
-                        order.push(slot as usize);
+                        order.push(slot);
                     }
                     *number
                 })
             })
             .collect();
+        let order = || order.iter().map(|&slot| slot as usize);
         let more = |slot: usize| &vertices.more[slot - places];
-        let position = |&slot: &usize| self.places[if slot < places { slot } else { more(slot).place as usize }];
-        result.positions = order.iter().map(position).collect();
+        let position = |slot| self.places[if slot < places { slot } else { more(slot).place as usize }];
+        result.positions = order().map(position).collect();
         if with_normals {
-            let normal = |&slot: &usize| if slot < places { vertices.normals[slot] } else { more(slot).normal };
-            result.normals = order.iter().map(normal).collect();
+            let normal = |slot| if slot < places { vertices.normals[slot] } else { more(slot).normal };
+            result.normals = order().map(normal).collect();
         }
         if !self.corners.uvs.is_empty() {
-            let uv = |&slot: &usize| if slot < places { vertices.uvs[slot] } else { more(slot).uv };
-            result.uvs = order.iter().map(uv).collect();
+            let uv = |slot| if slot < places { vertices.uvs[slot] } else { more(slot).uv };
+            result.uvs = order().map(uv).collect();
         }
     }
 }

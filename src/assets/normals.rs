@@ -31,8 +31,8 @@ struct Spoke {
 /// What is known of the faces before their corners are smoothed.
 pub(super) struct Shape<'a> {
     polygons: &'a Polygons,
-    /// Unit normal of each face, 0 if it has none.
-    pub normals: Vec<Vec3>,
+    /// Unit normal of each face, 0 if it has none. Arrays because memory of zeros for them comes free.
+    normals: Vec<[f32; 3]>,
     /// Whether no normal is 0.
     pub is_complete: bool,
     /// Face of each corner; empty if all are triangles.
@@ -46,14 +46,14 @@ const FACES: usize = 1 << 14;
 impl<'a> Shape<'a> {
     /// `crease` in degrees.
     pub fn of(polygons: &'a Polygons, crease: f64, threads: NonZeroUsize) -> Self {
-        let mut normals = vec![Vec3::ZERO; polygons.faces.len()];
+        let mut normals = vec![[0.0; 3]; polygons.faces.len()];
         let ranges = (0..).step_by(FACES).zip(normals.chunks_mut(FACES)).collect();
-        let complete = workers::map(threads, ranges, |(first, normals): (usize, &mut [Vec3])| {
+        let complete = workers::map(threads, ranges, |(first, normals): (usize, &mut [[f32; 3]])| {
             for (face, normal) in (first..).zip(normals.iter_mut()) {
                 let points = polygons.corners_of(face).map(|i| polygons.position(i));
-                *normal = newell_normal(points).normalize_or_zero().as_vec3();
+                *normal = newell_normal(points).normalize_or_zero().as_vec3().to_array();
             }
-            normals.iter().all(|&n| n != Vec3::ZERO)
+            normals.iter().all(|&n| n != [0.0; 3])
         });
         let is_complete = complete.into_iter().all(|complete| complete);
         let mut faces = Vec::new();
@@ -66,12 +66,22 @@ impl<'a> Shape<'a> {
         Self { polygons, normals, is_complete, faces, crease }
     }
 
+    /// Unit normal of a face, 0 if it has none.
+    pub fn normal(&self, face: usize) -> Vec3 {
+        Vec3::from_array(self.normals[face])
+    }
+
     fn face(&self, corner: u32) -> usize {
         (if self.faces.is_empty() { corner / 3 } else { self.faces[corner as usize] }) as usize
     }
 
     /// Places of the nearest corners before and after.
     fn neighbours(&self, corner: u32) -> [u32; 2] {
+        if self.faces.is_empty() {
+            let place = |turn: u32| self.polygons.place(corner / 3 * 3 + (corner % 3 + turn) % 3);
+            let (here, before, after) = (place(0), place(2), place(1));
+            return [if before == here { after } else { before }, if after == here { before } else { after }];
+        }
         let range = self.polygons.corners_of(self.face(corner));
         neighbours(self.polygons, corner, range.start, range.end - range.start)
     }
@@ -158,14 +168,14 @@ impl<'a> Fan<'a> {
         let shape = self.shape;
         let Some(&corner) = corners.first() else { return true };
         let first = shape.face(corner);
-        let (smoothing, first_normal) = (shape.polygons.smoothing(first), shape.normals[first]);
+        let (smoothing, first_normal) = (shape.polygons.smoothing(first), shape.normal(first));
         if smoothing == Smoothing::Flat || smoothing == Smoothing::Crease && !self.crease_is_smooth {
             return false;
         }
         let is_near = |&corner: &u32| {
             let face = shape.face(corner);
             shape.polygons.smoothing(face) == smoothing
-                && (smoothing != Smoothing::Crease || shape.normals[face].dot(first_normal) >= self.cos_half)
+                && (smoothing != Smoothing::Crease || shape.normal(face).dot(first_normal) >= self.cos_half)
         };
         // Asked first because angles take long.
         if !corners.iter().all(is_near) {
@@ -173,11 +183,11 @@ impl<'a> Fan<'a> {
         }
         let mut sum = Vec3::ZERO;
         for &corner in corners {
-            sum += shape.normals[shape.face(corner)] * shape.angle(corner, shape.neighbours(corner));
+            sum += shape.normal(shape.face(corner)) * shape.angle(corner, shape.neighbours(corner));
         }
         let mean = sum.normalize_or_zero();
         for (&corner, normal) in corners.iter().zip(normals) {
-            set_missing(normal, mean, shape.normals[shape.face(corner)]);
+            set_missing(normal, mean, shape.normal(shape.face(corner)));
         }
         true
     }
@@ -188,7 +198,7 @@ impl<'a> Fan<'a> {
         self.spokes.clear();
         self.spokes.extend((0..).zip(corners).filter_map(|(number, &corner)| {
             let face = shape.face(corner);
-            let normal = shape.normals[face];
+            let normal = shape.normal(face);
             let neighbours = shape.neighbours(corner);
             (normal != Vec3::ZERO).then(|| Spoke {
                 corner: number,

@@ -12,7 +12,7 @@ use super::obj_outline::{Outline, Smoothing};
 use super::obj_part::Part;
 use super::report::{counted, listed};
 use super::resolve::Resolver;
-use super::{AssetError, ImportReport, Model, read_file, workers};
+use super::{AssetError, ImportReport, Model, read_file_on, workers};
 use crate::description::MaterialDesc;
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::HashSet;
@@ -36,7 +36,7 @@ pub fn load_obj(file: &Path, crease: f64, threads: NonZeroUsize) -> Result<Model
 }
 
 fn read_parts(file: &Path, threads: NonZeroUsize) -> Result<Vec<Part>, AssetError> {
-    let bytes = read_file(file, MAX_BYTES)?;
+    let bytes = read_file_on(threads, file, MAX_BYTES)?;
     let parts = Lines::new(file, &bytes)?.parts(PART);
     // Line numbers and indices that count back need to know what stands before.
     let counts = workers::map(threads, parts.clone(), Before::count);

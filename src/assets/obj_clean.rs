@@ -6,7 +6,7 @@
 //! where their indices had to be checked: to write them anew for tobj took half of the time of loading.
 
 use super::AssetError;
-use super::obj_lines::{Line, Lines, Words, check_number, lossy, parse_number};
+use super::obj_lines::{Line, Lines, Words, are_plain, check_number, lossy, parse_number};
 use std::io::{self, BufRead, Read};
 use std::path::Path;
 
@@ -260,6 +260,13 @@ impl State<'_> {
     #[inline]
     fn numbers<'l>(&mut self, line: &Line<'l>, kind: usize, least: usize, most: usize) -> Result<&'l [u8], AssetError> {
         self.out.extend_from_slice(KEYWORDS[kind]);
+        if are_plain(line.rest, most) {
+            self.out.push(b' ');
+            self.out.extend_from_slice(line.rest);
+            self.out.push(b'\n');
+            self.found.vertices[kind] += 1;
+            return Ok(&[]);
+        }
         let mut words = Words(line.rest);
         let mut count = 0;
         for word in words.by_ref().take(most) {
@@ -284,6 +291,9 @@ impl State<'_> {
 
     /// `vn`. Exporters write nan for the normal of a degenerate face; 0 0 0 makes it computed.
     fn normal(&mut self, line: &Line) -> Result<(), AssetError> {
+        if are_plain(line.rest, 3) {
+            return self.numbers(line, 2, 3, 3).map(drop);
+        }
         let is_useless = |word: &[u8]| {
             check_number(word).is_err() && (parse_number(word).is_some() || word.windows(2).any(|w| w == b".#"))
         };
@@ -295,14 +305,11 @@ impl State<'_> {
         self.face.clear();
         let (mut has_uvs, mut has_normals) = (true, true);
         let mut words = Words(line.rest);
+        let mut highest = [0; 3];
         loop {
             let corner = if let Some((corner, rest)) = plain_corner(words.0) {
                 words.0 = rest;
-                for (index, highest) in corner.iter().zip(&mut self.found.highest) {
-                    if *index > highest.0 {
-                        *highest = (*index, line.number);
-                    }
-                }
+                highest = std::array::from_fn(|kind| corner[kind].max(highest[kind]));
                 corner
             } else {
                 let Some(word) = words.next() else { break };
@@ -314,6 +321,11 @@ impl State<'_> {
             has_uvs &= corner[1] != 0;
             has_normals &= corner[2] != 0;
             self.face.push(corner);
+        }
+        for (index, highest) in highest.into_iter().zip(&mut self.found.highest) {
+            if index > highest.0 {
+                *highest = (index, line.number);
+            }
         }
         let count = self.face.len();
         if count < 3 {
