@@ -17,7 +17,7 @@ mod resolve;
 mod triangulate;
 mod workers;
 
-pub use self::image::{Image, load_image};
+pub use self::image::{Image, load_image, load_images};
 pub use obj::load_obj;
 pub use report::ImportReport;
 
