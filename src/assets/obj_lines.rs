@@ -256,6 +256,23 @@ mod tests {
     }
 
     #[test]
+    fn parts_of_any_size_hold_the_same_lines() {
+        for text in ["v 1\nv 2 \\\n 3 \\ \n\\\n4\n\n# note \\\nf\n\\\n\\", "v 1\r\nv \\\r\n2\r\nf 3", "a\\\r\r\rb\rc"] {
+            let whole = Lines::new(Path::new("x"), text.as_bytes()).expect("text");
+            for size in 0..text.len() + 2 {
+                let (mut found, mut before) = (Vec::new(), 0);
+                for mut part in whole.clone().parts(size) {
+                    while let Some(l) = part.next() {
+                        found.push((before + l.number, lossy(l.keyword), lossy(l.rest)));
+                    }
+                    before += part.number;
+                }
+                assert_eq!(found, all(text.as_bytes()), "{text:?} by {size}");
+            }
+        }
+    }
+
+    #[test]
     fn words_end_at_a_comment_and_plain_numbers_are_what_the_standard_parser_reads() {
         let words: Vec<_> = Words(b" 1 -2.5\t3#note 4").map(lossy).collect();
         assert_eq!(words, ["1", "-2.5", "3"]);
