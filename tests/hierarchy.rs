@@ -77,14 +77,14 @@ fn random_ray(rng: &mut SplitMix64, size: f64, corners: &[DVec3]) -> Ray {
 }
 
 /// A bumpy closed surface of 2 n² triangles.
-fn bumpy(n: usize) -> (String, Vec<DVec3>) {
+fn bumpy(n: usize, size: f64) -> (String, Vec<DVec3>) {
     let (mut text, mut points) = (String::new(), Vec::new());
     for i in 0..=n {
         for j in 0..n {
             let (t, p) = (3.0 * i as f64 / n as f64 + 0.07, std::f64::consts::TAU * j as f64 / n as f64);
-            let r = 0.8 + 0.2 * (5.0 * t).sin() * (3.0 * p).cos();
+            let r = size * (0.8 + 0.2 * (5.0 * t).sin() * (3.0 * p).cos());
             let q = v(r * t.sin() * p.sin(), r * t.cos(), r * t.sin() * p.cos());
-            text += &format!("v {} {} {}\n", q.x, q.y, q.z);
+            text += &format!("v {:e} {:e} {:e}\n", q.x, q.y, q.z);
             points.push(q);
         }
     }
@@ -140,11 +140,11 @@ fn crowd(n: usize, seed: u64, model: Option<&Path>) -> SceneDesc {
 }
 
 /// Compares so many rays; returns how many of them hit something.
-fn check<K: TreeKernels>(scene: &Arc<Scene>, rays: usize, seed: u64, corners: &[DVec3]) -> usize {
+fn check<K: TreeKernels>(scene: &Arc<Scene>, rays: usize, seed: u64, size: f64, corners: &[DVec3]) -> usize {
     let mut rng = SplitMix64(seed);
     let mut hits = 0;
     for i in 0..rays {
-        let ray = random_ray(&mut rng, 1.5, corners);
+        let ray = random_ray(&mut rng, size, corners);
         let want = brute_force::<K>(scene, &ray);
         let got = scene.intersect::<K>(&ray);
         assert_eq!(got, want, "ray {i} of seed {seed}: {ray:?}");
@@ -161,15 +161,15 @@ fn the_tree_over_objects_finds_what_brute_force_finds() {
         let d = crowd(n, 40 + n as u64, None);
         let scene = compile(&d);
         let corners: Vec<DVec3> = d.objects.iter().map(|o| o.translate).collect();
-        let hits = check::<Robust>(&scene, rays, 1 + n as u64, &corners);
+        let hits = check::<Robust>(&scene, rays, 1 + n as u64, 1.5, &corners);
         assert!(n == 0 || hits > rays / 40, "{hits} of {rays} rays hit one of {n}");
-        check::<Reference>(&scene, rays / 10, 2 + n as u64, &corners);
+        check::<Reference>(&scene, rays / 10, 2 + n as u64, 1.5, &corners);
     }
 }
 
 #[test]
 fn trees_in_trees_find_what_brute_force_finds() {
-    let (text, vertices) = bumpy(14);
+    let (text, vertices) = bumpy(14, 1.0);
     let file = model_file("hierarchy-bumpy", &text);
     for (n, rays) in [(1, 100_000), (11, 60_000), (60, 10_000)] {
         let d = crowd(n, 70 + n as u64, Some(&file));
@@ -183,10 +183,25 @@ fn trees_in_trees_find_what_brute_force_finds() {
             }
         }
         assert!(corners.len() >= vertices.len() / 7);
-        check::<Robust>(&scene, rays, 3 + n as u64, &corners);
-        check::<Reference>(&scene, rays / 10, 4 + n as u64, &corners);
+        check::<Robust>(&scene, rays, 3 + n as u64, 1.5, &corners);
+        check::<Reference>(&scene, rays / 10, 4 + n as u64, 1.5, &corners);
     }
     std::fs::remove_file(file).ok();
+}
+
+#[test]
+fn meshes_of_any_size_in_their_file_are_met_as_by_brute_force() {
+    for exponent in [-30, -20, -10, -5, 0, 5, 10, 15, 18, 25] {
+        let size = 10f64.powi(exponent);
+        let (text, vertices) = bumpy(10, size);
+        let file = model_file("hierarchy-size", &text);
+        let mut d = desc(1, 1, CameraDesc::default());
+        d.materials.push(flat("white", Rgb::WHITE));
+        d.objects.push(mesh(&file, "white"));
+        let hits = check::<Robust>(&compile(&d), 20_000, 5, 1.5 * size, &vertices);
+        assert!(hits > 10_000, "{hits} hits at size {size:e}");
+        std::fs::remove_file(file).ok();
+    }
 }
 
 #[test]
@@ -201,7 +216,7 @@ fn ten_thousand_spheres_in_one_object_are_found_as_by_brute_force() {
     let mut d = desc(1, 1, CameraDesc::default());
     d.materials.push(flat("white", Rgb::WHITE));
     d.objects.push(object(ShapeDesc::Spheres { data: data.into() }, "white"));
-    assert!(check::<Robust>(&compile(&d), 4_000, 10, &[]) > 1_000);
+    assert!(check::<Robust>(&compile(&d), 4_000, 10, 1.5, &[]) > 1_000);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes rendered pictures small enough for the README.
 
-    gallery.py small IN.png OUT.png         a palette of 256 colours, dithered
+    gallery.py small IN.png OUT.png         as it is; above 200 kB with a palette of 256 colours
     gallery.py sheet OUT.png IN.png ...     a contact sheet, 960 wide, each picture with the name of its file
 """
 
@@ -11,10 +11,13 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 
-def write_small(image, path):
-    small = image.convert("RGB").quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=2, dither=Image.Dither.FLOYDSTEINBERG)
-    small.save(path, optimize=True)
-    print(f"{path}: {small.width} x {small.height}, {Path(path).stat().st_size // 1000} kB")
+def write_small(image, path, limit=200_000):
+    image = image.convert("RGB")
+    image.save(path, optimize=True)
+    if Path(path).stat().st_size > limit:
+        palette = image.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=2)
+        image.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+    print(f"{path}: {image.width} x {image.height}, {Path(path).stat().st_size // 1000} kB")
 
 
 def sheet(paths, columns=4, width=960, gap=6, caption=18):

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes the pictures of this folder again: scenes/gallery/render.sh [path of glimt]
-# The program renders; gallery.py (Python with Pillow) only makes the files small and puts the sheet together.
+# The program renders; gallery.py and terminal.py (Python with Pillow) only make the files small, put the sheet together
+# and draw the captured screen.
 set -eu
 cd "$(dirname "$0")/.."
 glimt=${1:-../target/release/glimt}
@@ -19,3 +20,15 @@ for scene in shapes/*.toml lighting/*.toml; do
 done
 "$python" gallery/gallery.py sheet gallery/sheet.png \
     $(for scene in shapes/*.toml lighting/*.toml; do echo "$raw/$(basename "$scene" .toml).png"; done)
+
+# The interface itself, some seconds into the demo, on a terminal of 120 x 36 cells.
+if command -v tmux > /dev/null; then
+    screen="tmux -L glimt-gallery"
+    here=$(pwd)
+    $screen -f /dev/null new-session -d -x 120 -y 36 -s screen -c "$raw" \
+        "COLORTERM=truecolor '$(realpath "$glimt")' '$here/demo.toml'"
+    sleep 4
+    $screen capture-pane -e -p -N -t screen > "$raw/screen.txt"
+    $screen kill-server
+    "$python" gallery/terminal.py "$raw/screen.txt" gallery/tui.png 120 36
+fi

@@ -54,8 +54,16 @@ impl Bvh {
     pub fn build(primitives: &[Aabb], block_size: usize, isa: Isa, threads: NonZeroUsize) -> (Self, Vec<u32>) {
         assert!(isa.is_available(), "this processor has no {}", isa.name());
         let bounds = primitives.iter().fold(Aabb::EMPTY, |b, p| b.union(*p));
-        let mut tree =
-            Self { nodes: vec![], block_size, primitives: primitives.len(), blocks: 0, bounds, sah_cost: 0.0, isa };
+        let mut tree = Self {
+            nodes: vec![],
+            block_size,
+            primitives: primitives.len(),
+            blocks: 0,
+            bounds,
+            extent: bounds.max_abs(),
+            sah_cost: 0.0,
+            isa,
+        };
         if primitives.is_empty() {
             return (tree, vec![]);
         }

@@ -172,21 +172,14 @@ impl Layout<'_> {
     }
 }
 
-const EMPTY_NODE: Node = Node {
-    planes: [
-        [f32::INFINITY; 8],
-        [f32::INFINITY; 8],
-        [f32::INFINITY; 8],
-        [f32::NEG_INFINITY; 8],
-        [f32::NEG_INFINITY; 8],
-        [f32::NEG_INFINITY; 8],
-    ],
-    children: [Child::ABSENT; 8],
-};
+const LOWER: [f32; 8] = [f32::INFINITY; 8];
+const UPPER: [f32; 8] = [f32::NEG_INFINITY; 8];
+
+const EMPTY_NODE: Node = Node { planes: [LOWER, UPPER, LOWER, UPPER, LOWER, UPPER], children: [Child::ABSENT; 8] };
 
 fn set_bounds(node: &mut Node, k: usize, bounds: &Aabb) {
     for axis in 0..3 {
-        node.planes[axis][k] = bounds.lower[axis];
-        node.planes[axis + 3][k] = bounds.upper[axis];
+        node.planes[2 * axis][k] = bounds.lower[axis];
+        node.planes[2 * axis + 1][k] = bounds.upper[axis];
     }
 }

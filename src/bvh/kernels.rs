@@ -1,6 +1,6 @@
 //! The presets of arithmetic, as far as trees are concerned.
 
-use super::simd::Lanes;
+use super::simd::{Lanes, SlabLanes};
 use super::triangles::{BlockTest, MoellerTrumboreTest, PlainWoopTest, WatertightTest};
 use crate::geometry::{Classic, Fast, Kernels, PaddedSlab, PlainSlab, Reference, Robust, Slab, WideSlab};
 
@@ -50,46 +50,6 @@ pub trait BoxTest: Slab {
     ) -> (u32, L::V);
 }
 
-/// Reciprocal direction, constants of the near and the far planes, and t_min, spread over lanes; which rows of planes are near
-/// and which far.
-#[derive(Clone, Copy)]
-pub struct SlabLanes<L: Lanes> {
-    reciprocal: [L::V; 3],
-    near: [L::V; 3],
-    far: [L::V; 3],
-    t_min: L::V,
-    near_rows: [usize; 3],
-    far_rows: [usize; 3],
-}
-
-impl<L: Lanes> SlabLanes<L> {
-    #[inline(always)]
-    fn new(lanes: L, reciprocal: [f32; 3], near: [f32; 3], far: [f32; 3], t_min: f32) -> Self {
-        let negative = [reciprocal[0] < 0.0, reciprocal[1] < 0.0, reciprocal[2] < 0.0];
-        let row = |axis: usize, upper: bool| axis + 3 * usize::from(upper);
-        let spread = |v: [f32; 3]| [lanes.splat(v[0]), lanes.splat(v[1]), lanes.splat(v[2])];
-        Self {
-            reciprocal: spread(reciprocal),
-            near: spread(near),
-            far: spread(far),
-            t_min: lanes.splat(t_min),
-            near_rows: [row(0, negative[0]), row(1, negative[1]), row(2, negative[2])],
-            far_rows: [row(0, !negative[0]), row(1, !negative[1]), row(2, !negative[2])],
-        }
-    }
-
-    /// plane * reciprocal - constant, the largest of the near and the smallest of the far ones. `min` and `max` return their
-    /// second argument where the first is NaN, so a NaN (from overflow) bounds nothing.
-    #[inline(always)]
-    fn entries(&self, lanes: L, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {
-        let near = |k: usize| lanes.mul_sub(lanes.load(&planes[self.near_rows[k]]), self.reciprocal[k], self.near[k]);
-        let far = |k: usize| lanes.mul_sub(lanes.load(&planes[self.far_rows[k]]), self.reciprocal[k], self.far[k]);
-        let enter = lanes.max(near(2), lanes.max(near(1), lanes.max(near(0), self.t_min)));
-        let exit = lanes.min(far(2), lanes.min(far(1), lanes.min(far(0), lanes.splat(limit))));
-        (lanes.le(enter, exit), enter)
-    }
-}
-
 impl BoxTest for PaddedSlab {
     type Prepared<L: Lanes> = SlabLanes<L>;
 
@@ -127,8 +87,8 @@ impl BoxTest for WideSlab {
         let (mut mask, mut distances) = (0, [0.0; 8]);
         for k in 0..8 {
             let bounds = crate::geometry::Aabb {
-                lower: glam::Vec3::new(planes[0][k], planes[1][k], planes[2][k]),
-                upper: glam::Vec3::new(planes[3][k], planes[4][k], planes[5][k]),
+                lower: glam::Vec3::new(planes[0][k], planes[2][k], planes[4][k]),
+                upper: glam::Vec3::new(planes[1][k], planes[3][k], planes[5][k]),
             };
             if let Some(entry) = self.entry(&bounds, limit) {
                 mask |= 1 << k;

@@ -31,6 +31,8 @@ pub struct Bvh {
     blocks: usize,
     /// Box of everything.
     bounds: Aabb,
+    /// Largest coordinate of any box, in magnitude.
+    extent: f64,
     /// Expected cost of a random ray in node tests (surface-area heuristic).
     sah_cost: f32,
     /// What its traversal is compiled for.
@@ -44,7 +46,7 @@ pub const EMPTY_SLOT: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Node {
-    /// Lower x, y, z, then upper x, y, z of each child; an absent child has the empty box.
+    /// Lower and upper x, lower and upper y, lower and upper z of each child; an absent child has the empty box.
     planes: [[f32; 8]; 6],
     children: [Child; 8],
 }
@@ -109,6 +111,11 @@ impl Bvh {
         self.bounds
     }
 
+    /// The largest coordinate of any box, in magnitude.
+    pub fn extent(&self) -> f64 {
+        self.extent
+    }
+
     /// Bytes of all nodes.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.nodes)
@@ -118,7 +125,7 @@ impl Bvh {
     fn children(&self, node: usize) -> impl Iterator<Item = (Child, Aabb)> + '_ {
         let Node { planes, children } = &self.nodes[node];
         (0..8).filter(|&k| children[k] != Child::ABSENT).map(|k| {
-            let [lx, ly, lz, ux, uy, uz] = [0, 1, 2, 3, 4, 5].map(|p| planes[p][k]);
+            let [lx, ux, ly, uy, lz, uz] = [0, 1, 2, 3, 4, 5].map(|p| planes[p][k]);
             (children[k], Aabb { lower: glam::Vec3::new(lx, ly, lz), upper: glam::Vec3::new(ux, uy, uz) })
         })
     }

@@ -16,9 +16,12 @@ pub struct TriangleBlock {
 }
 
 impl TriangleBlock {
+    /// The corners of a lane's triangle, coordinates in the given order of axes.
     #[inline(always)]
-    fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.corners.map(|[x, y, z]| Vec3::new(x[lane & 7], y[lane & 7], z[lane & 7]))
+    fn triangle(&self, lane: usize, [x, y, z]: [usize; 3]) -> [[f32; 3]; 3] {
+        let lane = lane & 7;
+        let corner = |c: usize| [self.corners[c][x][lane], self.corners[c][y][lane], self.corners[c][z][lane]];
+        [corner(0), corner(1), corner(2)]
     }
 }
 
@@ -77,20 +80,12 @@ impl Triangles {
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
-        let mut visitor =
-            Visitor::<K::Triangles, false> { blocks: &self.blocks, test: self.test::<K>(ray), best: None };
-        self.tree.traverse::<K::Boxes, _>(ray, &mut visitor);
-        visitor.best
+        self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, false>>(ray, self).1.and_then(|visitor| visitor.best)
     }
 
     /// Whether a ray meets any triangle.
     pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
-        let mut visitor = Visitor::<K::Triangles, true> { blocks: &self.blocks, test: self.test::<K>(ray), best: None };
-        self.tree.traverse::<K::Boxes, _>(ray, &mut visitor)
-    }
-
-    fn test<K: TreeKernels>(&self, ray: &Ray) -> K::Triangles {
-        K::Triangles::new(ray, self.tree.bounds().max_abs())
+        self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, true>>(ray, self).0
     }
 }
 
@@ -100,8 +95,14 @@ struct Visitor<'a, T, const ANY_HIT: bool> {
     best: Option<TriangleHit>,
 }
 
-impl<T: BlockTest, const ANY_HIT: bool> LeafVisitor for Visitor<'_, T, ANY_HIT> {
+impl<'a, T: BlockTest, const ANY_HIT: bool> LeafVisitor for Visitor<'a, T, ANY_HIT> {
+    type Source = &'a Triangles;
     const ANY_HIT: bool = ANY_HIT;
+
+    #[inline(always)]
+    fn new(source: &'a Triangles, ray: &Ray) -> Self {
+        Self { blocks: &source.blocks, test: T::new(ray, source.tree.extent()), best: None }
+    }
 
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool {
@@ -155,7 +156,7 @@ impl BlockTest for PlainWoopTest {
 
     #[inline(always)]
     fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
-        self.0.intersect(&block.triangle(lane), t_max)
+        self.0.intersect_permuted(block.triangle(lane, self.0.axes), t_max)
     }
 
     fn shorten(&mut self, _t_max: f64) {}
@@ -174,11 +175,9 @@ pub struct WatertightTest {
     slope: [f32; 2],
     offset: [f32; 2],
     slack: [f32; 2],
-    axes: [usize; 3],
     /// Bounds of the ray along its largest axis, rounded outward.
     z_low: f32,
     z_high: f32,
-    origin_z: f64,
     direction_z: f64,
     z_pad: f64,
 }
@@ -187,7 +186,7 @@ impl WatertightTest {
     /// The coordinate along the largest axis at t, rounded away from the ray.
     #[inline(always)]
     fn z_at(&self, t: f64, away: f64) -> f32 {
-        let z = self.origin_z + t * self.direction_z;
+        let z = self.exact.origin[2] + t * self.direction_z;
         (z + away * (z.abs() * 1.3e-7 + self.z_pad)) as f32
     }
 }
@@ -196,25 +195,20 @@ impl BlockTest for WatertightTest {
     #[inline(always)]
     fn new(ray: &Ray, extent: f64) -> Self {
         let exact = TriangleRay::new(ray);
-        let [x, y, z] = exact.axes;
+        let ([ox, oy, oz], [sx, sy, _]) = (exact.origin, exact.shear);
         let u = 1.0 / 16_777_216.0;
         let d = 13.0 * u * extent;
-        let origin_size = ray.origin.abs().max_element();
+        let origin_size = ox.abs().max(oy.abs()).max(oz.abs());
         // Beyond 1e7 extents the bound does not hold: every lane goes to the f64 test.
         let floor = if origin_size <= 1e7 * extent { (6.0 * d * d) as f32 } else { f32::INFINITY };
         let mut test = Self {
-            slope: [exact.shear.x as f32, exact.shear.y as f32],
-            offset: [
-                (exact.shear.x * ray.origin[z] - ray.origin[x]) as f32,
-                (exact.shear.y * ray.origin[z] - ray.origin[y]) as f32,
-            ],
+            slope: [sx as f32, sy as f32],
+            offset: [(sx * oz - ox) as f32, (sy * oz - oy) as f32],
             slack: [((4.0 * d + 16.0 * u * extent) * 1.001) as f32, floor * 1.001],
-            axes: exact.axes,
             z_low: 0.0,
             z_high: 0.0,
-            origin_z: ray.origin[z],
-            direction_z: ray.direction[z],
-            z_pad: 8e-15 * (ray.origin[z].abs() + extent),
+            direction_z: ray.direction.to_array()[exact.axes[2]],
+            z_pad: 8e-15 * (oz.abs() + extent),
             exact,
         };
         let side = 1f64.copysign(test.direction_z);
@@ -225,7 +219,7 @@ impl BlockTest for WatertightTest {
 
     #[inline(always)]
     fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32 {
-        let [kx, ky, kz] = self.axes;
+        let [kx, ky, kz] = self.exact.axes;
         let coordinate = |corner: usize, axis: usize| lanes.load(&block.corners[corner][axis]);
         let (sx, sy) = (lanes.splat(self.slope[0]), lanes.splat(self.slope[1]));
         let (ox, oy) = (lanes.splat(self.offset[0]), lanes.splat(self.offset[1]));
@@ -253,7 +247,7 @@ impl BlockTest for WatertightTest {
 
     #[inline(always)]
     fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
-        self.exact.intersect(&block.triangle(lane), t_max)
+        self.exact.intersect_permuted(block.triangle(lane, self.exact.axes), t_max)
     }
 
     #[inline(always)]

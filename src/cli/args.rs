@@ -142,12 +142,8 @@ fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -
 fn color() -> impl TypedValueParser<Value = ColorChoice> {
     let always = PossibleValue::new("truecolor").alias("always");
     let values = [PossibleValue::new("auto"), always, PossibleValue::new("256"), PossibleValue::new("never")];
-    PossibleValuesParser::new(values).map(|text| match text.as_str() {
-        "truecolor" | "always" => ColorChoice::Truecolor,
-        "256" => ColorChoice::Indexed,
-        "never" => ColorChoice::Never,
-        _ => ColorChoice::Auto,
-    })
+    PossibleValuesParser::new(values)
+        .try_map(|text| if text == "always" { Ok(ColorChoice::Truecolor) } else { text.parse() })
 }
 
 #[cfg(test)]

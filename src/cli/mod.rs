@@ -55,11 +55,14 @@ fn answer(from_clap: &clap::Error) -> ExitCode {
     };
     let safe: Vec<_> = text.trim_end().lines().map(printable).collect();
     let safe = safe.join("\n");
-    match from_clap.use_stderr() {
-        true => say(safe),
-        false => return print(safe).map_or_else(|failure| ExitCode::from(failure.exit_code()), |()| ExitCode::SUCCESS),
+    if from_clap.use_stderr() {
+        say(safe);
+        return ExitCode::from(2);
     }
-    ExitCode::from(u8::try_from(from_clap.exit_code()).unwrap_or(2))
+    match print(safe) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => ExitCode::from(failure.exit_code()),
+    }
 }
 
 /// `glimt [SCENE]`: the interface, or without a terminal the same as `render`.

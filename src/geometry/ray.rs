@@ -16,9 +16,9 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Everything in front of `origin`.
+    /// Everything in front of `origin`, at finite distance: a ray that runs along a plane does not meet it at infinity.
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
-        Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
+        Self { origin, direction, t_min: 0.0, t_max: f64::MAX }
     }
 
     /// The point at `t`.
@@ -57,10 +57,23 @@ pub struct Hit {
     pub v: f64,
 }
 
+/// Hits of two objects that are nearer to each other than this part of t are one place: the rounding of t along rays that do
+/// not graze, far below what can be seen between two faces.
+const SAME_PLACE: f64 = 1.0 / 35_184_372_088_832.0; // 2^-45
+
 impl Hit {
-    /// Whether this hit wins over `other`: nearer, or as near and of the smaller (object, primitive), so that the winner
-    /// does not depend on the order of traversal.
+    /// Where a hit must lie at most to be in the same place as this one.
+    pub fn reach(&self) -> f64 {
+        self.t * (1.0 + SAME_PLACE)
+    }
+
+    /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same object at the
+    /// same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is seen, not specks of
+    /// both, and the winner does not depend on the order of traversal.
     pub fn beats(&self, other: &Hit) -> bool {
-        (self.t, self.object, self.primitive) < (other.t, other.object, other.primitive)
+        if self.object != other.object && (self.t - other.t).abs() <= other.t * SAME_PLACE {
+            return self.object < other.object;
+        }
+        (self.t, self.primitive) < (other.t, other.primitive)
     }
 }

@@ -7,6 +7,7 @@ use crate::geometry::{
     quad_surface, sphere_surface,
 };
 use glam::DVec3;
+use std::marker::PhantomData;
 
 impl Object {
     /// The closest hit of a world-space ray with this object alone. `index` is its own.
@@ -40,27 +41,32 @@ impl Object {
 /// Finds the closest hit among the objects in the leaves.
 struct Closest<'a, K> {
     scene: &'a Scene,
-    ray: &'a Ray,
+    ray: Ray,
     best: Option<Hit>,
-    kernels: std::marker::PhantomData<K>,
+    kernels: PhantomData<K>,
 }
 
 impl<K: TreeKernels> Closest<'_, K> {
     /// Tests one object and returns where the ray ends now.
     fn test(&mut self, index: u32, t_max: f64) -> f64 {
         let object = &self.scene.geometry.objects[index as usize];
-        match object.intersect::<K>(&Ray { t_max, ..*self.ray }, index) {
+        match object.intersect::<K>(&Ray { t_max, ..self.ray }, index) {
             Some(hit) if self.best.is_none_or(|b| hit.beats(&b)) => {
                 self.best = Some(hit);
-                hit.t
+                hit.reach().min(self.ray.t_max)
             }
             _ => t_max,
         }
     }
 }
 
-impl<K: TreeKernels> LeafVisitor for Closest<'_, K> {
+impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
+    type Source = (&'a Scene, Option<Hit>);
     const ANY_HIT: bool = false;
+
+    fn new((scene, best): Self::Source, ray: &Ray) -> Self {
+        Self { scene, ray: *ray, best, kernels: PhantomData }
+    }
 
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
         *t_max = self.test(self.scene.geometry.bounded[block as usize], *t_max);
@@ -71,11 +77,16 @@ impl<K: TreeKernels> LeafVisitor for Closest<'_, K> {
 /// Asks every object in the leaves, and ends at the first that says yes.
 struct AnyObject<'a, F> {
     bounded: &'a [u32],
-    ask: F,
+    ask: &'a F,
 }
 
-impl<F: FnMut(u32) -> bool> LeafVisitor for AnyObject<'_, F> {
+impl<'a, F: Fn(u32) -> bool> LeafVisitor for AnyObject<'a, F> {
+    type Source = (&'a [u32], &'a F);
     const ANY_HIT: bool = true;
+
+    fn new((bounded, ask): Self::Source, _ray: &Ray) -> Self {
+        Self { bounded, ask }
+    }
 
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
         (self.ask)(self.bounded[block as usize])
@@ -83,25 +94,26 @@ impl<F: FnMut(u32) -> bool> LeafVisitor for AnyObject<'_, F> {
 }
 
 impl Scene {
-    /// The closest hit of a world-space ray; of hits at the same t the smallest (object, primitive).
+    /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
-        let mut closest = Closest::<K> { scene: self, ray, best: None, kernels: std::marker::PhantomData };
-        let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| closest.test(index, t_max));
-        geometry.tree.traverse::<K::Boxes, _>(&Ray { t_max, ..*ray }, &mut closest);
-        closest.best
+        let mut unbounded = Closest::<K>::new((self, None), ray);
+        let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| unbounded.test(index, t_max));
+        let best = unbounded.best;
+        let (_, bounded) = geometry.tree.traverse::<K::Boxes, Closest<K>>(&Ray { t_max, ..*ray }, (self, best));
+        bounded.map_or(best, |closest| closest.best)
     }
 
     /// Whether a world-space ray meets anything before its end.
     pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
-        self.any_object::<K>(ray, |index| self.geometry.objects[index as usize].occluded::<K>(ray))
+        self.any_object::<K, _>(ray, &|index| self.geometry.objects[index as usize].occluded::<K>(ray))
     }
 
     /// Asks the objects that a ray may meet until one says yes.
-    fn any_object<K: TreeKernels>(&self, ray: &Ray, mut ask: impl FnMut(u32) -> bool) -> bool {
+    fn any_object<K: TreeKernels, F: Fn(u32) -> bool>(&self, ray: &Ray, ask: &F) -> bool {
         let geometry = &*self.geometry;
         geometry.unbounded.iter().any(|&index| ask(index))
-            || geometry.tree.traverse::<K::Boxes, _>(ray, &mut AnyObject { bounded: &geometry.bounded, ask })
+            || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.bounded, ask)).0
     }
 
     /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t.
@@ -109,22 +121,27 @@ impl Scene {
         let (mut ray, mut part) = (*ray, 1.0);
         while part > 0.0 {
             let Some(hit) = self.intersect::<K>(&ray) else { break };
-            part *= self.materials[self.material_of(hit.object, hit.primitive) as usize].transmit;
+            let transmit = |hit: &Hit| self.materials[self.material_of(hit.object, hit.primitive) as usize].transmit;
+            part *= transmit(&hit);
+            // Faces that touch are met at the same t, and all of them take their part.
+            let slack = hit.t * f64::EPSILON;
+            self.coincident::<K>(&ray, &hit, slack, |other| part *= transmit(&other));
             // The same ray goes on behind the hit: nothing is computed anew, so nothing is met twice or skipped.
-            ray.t_min = hit.t;
+            ray.t_min = hit.t + slack;
         }
         part
     }
 
-    /// Hits with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
+    /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
     /// of them start behind all of them, so a crossing has to deal with them together.
-    pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, mut visit: impl FnMut(Hit)) {
-        let near = Ray { t_min: hit.t - slack, t_max: hit.t + slack, ..*ray };
-        self.any_object::<K>(&near, |index| {
+    pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, visit: impl FnMut(Hit)) {
+        let near = Ray { t_min: (hit.t - slack).max(ray.t_min), t_max: hit.t + slack, ..*ray };
+        let visit = std::cell::RefCell::new(visit);
+        self.any_object::<K, _>(&near, &|index| {
             if index != hit.object
                 && let Some(other) = self.geometry.objects[index as usize].intersect::<K>(&near, index)
             {
-                visit(other);
+                visit.borrow_mut()(other);
             }
             false
         });

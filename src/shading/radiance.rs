@@ -214,13 +214,15 @@ impl Whitted<'_> {
         }
         let eta = beyond.map(|b| media.ior(scene) / b.ior(scene));
         let split = split::<K>(material, ray, normal, facet, eta, interaction.entering);
-        if let Some(path) = path.after(split.reflect) {
+        // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without end.
+        let gain = (split.reflect + split.transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
+        if let Some(path) = path.after(split.reflect / gain) {
             self.counts.reflection += 1;
             let mirrored = interaction.spawn_ray::<K>(reflect(ray.direction, split.normal, facet));
             sum += self.radiance::<K>(mirrored, media, path) * split.reflect;
         }
         if let (Some((weight, direction)), Some(beyond)) = (split.transmit, beyond)
-            && let Some(path) = path.after(weight)
+            && let Some(path) = path.after(weight / gain)
         {
             self.counts.refraction += 1;
             let refracted = interaction.spawn_ray::<K>(direction);

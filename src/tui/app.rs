@@ -3,6 +3,7 @@
 use super::camera;
 use super::color::ColorMode;
 use super::command::{Command, command_for, key_of};
+use super::event::{Effect, Event, Exit};
 use super::key::Key;
 use super::layout::{self, Layout};
 use super::preview::Preview;
@@ -12,63 +13,6 @@ use crate::scene::{CompileError, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-/// What happened.
-#[derive(Debug)]
-pub enum Event {
-    /// A key was pressed.
-    Key(Key),
-    /// The terminal has this many columns and rows.
-    Resize(u16, u16),
-    /// A worker reports.
-    Render(RenderEvent),
-    /// The description was compiled.
-    Compiled(Result<Arc<Scene>, CompileError>),
-    /// The picture was saved when this much of it was done, or why it was not.
-    Saved(Result<u32, String>),
-    /// A signal asks to end.
-    Terminated(i32),
-    /// The shell asks to stop.
-    StopAsked,
-    /// The shell lets the program go on.
-    Continued,
-    /// The terminal is gone.
-    HungUp,
-    /// A thread of the interface panicked.
-    Broken(String),
-}
-
-/// What has to be done in the world.
-#[derive(Clone)]
-pub enum Effect {
-    /// Render this scene.
-    Start(Arc<Scene>),
-    /// Stop the workers, or let them go on.
-    Pause(bool),
-    /// Save the film, of which this many percent are done.
-    Save(u32),
-    /// Give the terminal back and stop the program.
-    Stop,
-    /// Take the terminal again.
-    Reenter,
-    /// Send the whole screen again.
-    Redraw,
-    /// Live on without a terminal.
-    Detach,
-}
-
-/// Why the interface ends.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Exit {
-    /// The user has quit, or there is nothing left to do.
-    Quit,
-    /// By this signal.
-    Signal(i32),
-    /// The scene at the start cannot be rendered.
-    Compile(CompileError),
-    /// A thread of the interface panicked.
-    Broken(String),
-}
 
 /// What is going on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +62,8 @@ pub struct App {
     layout: Layout,
     size: (u16, u16),
     preview: Preview,
-    film: Film,
+    /// Shared with a save that is under way, which then costs a copy at the next tile and none if there is no more.
+    film: Arc<Film>,
     scene: Option<Arc<Scene>>,
     progress: Option<Progress>,
     /// The numbers on the screen and their time: renewed only so often that they can be read.
@@ -160,7 +105,7 @@ impl App {
         (columns, rows): (u16, u16),
     ) -> Self {
         let desc = Arc::new(desc);
-        let film = Film::new(desc.film.width, desc.film.height);
+        let film = Arc::new(Film::new(desc.film.width, desc.film.height));
         let mut app = Self {
             original: desc.clone(),
             desc,
@@ -384,7 +329,7 @@ impl App {
         match result {
             Ok(scene) => {
                 if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
-                    self.film = Film::new(scene.width, scene.height);
+                    self.film = Arc::new(Film::new(scene.width, scene.height));
                     self.lay_out();
                 }
                 if let (None, Some(warning)) = (&self.scene, scene.summary.warnings.first()) {
@@ -421,7 +366,7 @@ impl App {
         match event {
             RenderEvent::TileStarted { .. } => {}
             RenderEvent::TileFinished { tile, .. } => {
-                self.film.write(&tile);
+                Arc::make_mut(&mut self.film).write(&tile);
                 self.preview.mark(tile.rect);
                 if self.save_wanted && self.is_whole() {
                     return self.save();
@@ -515,7 +460,7 @@ impl App {
     }
 
     /// The picture in pixels.
-    pub fn film(&self) -> &Film {
+    pub fn film(&self) -> &Arc<Film> {
         &self.film
     }
 

@@ -50,14 +50,15 @@ impl Encoder {
     /// Shows `cell` in column `x`, row `y`. Returns how many columns it covers.
     pub fn put(&mut self, x: u16, y: u16, cell: &Cell) -> u16 {
         self.go_to(x, y);
-        if cell.symbol() == UPPER_HALF {
+        // Without a colour below, `▀` is the only way: the default background is no foreground.
+        if cell.symbol() == UPPER_HALF && cell.bg != Color::Reset {
             self.put_pixels(cell);
             self.cursor = Some((x + 1, y));
             return 1;
         }
         self.set_pen(Pen { fg: cell.fg, bg: cell.bg, modifier: cell.modifier });
         self.out.extend_from_slice(cell.symbol().as_bytes());
-        if cell.symbol().is_ascii() {
+        if cell.symbol().is_ascii() || cell.symbol() == UPPER_HALF {
             self.cursor = Some((x + 1, y));
             return 1;
         }
@@ -141,5 +142,52 @@ impl Encoder {
     fn print(&mut self, text: std::fmt::Arguments) {
         // Writing to a Vec cannot fail.
         let _ = self.out.write_fmt(text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(cells: &[(Color, Color)]) -> String {
+        let mut encoder = Encoder::default();
+        for (x, (fg, bg)) in (0..).zip(cells) {
+            let mut cell = Cell::new(UPPER_HALF);
+            cell.set_fg(*fg).set_bg(*bg);
+            encoder.put(x, 0, &cell);
+        }
+        String::from_utf8(encoder.take()).unwrap()
+    }
+
+    #[test]
+    fn only_what_changes_is_sent() {
+        let [a, b, c] = [1, 2, 3].map(Color::Indexed);
+        let start = "\x1b[1;1H\x1b[38;5;1;48;5;2m▀";
+        for (cells, rest) in [
+            (&[(a, b), (a, b)][..], "▀"),
+            (&[(a, b), (a, c)], "\x1b[48;5;3m▀"),
+            (&[(a, b), (b, a)], "▄"),
+            (&[(a, b), (b, c)], "\x1b[38;5;3m▄"),
+            (&[(a, b), (b, b)], " "),
+            (&[(a, b), (a, a)], "█"),
+            (&[(a, b), (c, c)], "\x1b[48;5;3m "),
+            (&[(a, b), (c, Color::Reset)], "\x1b[38;5;3;49m▀"),
+        ] {
+            assert_eq!(text(cells), format!("{start}{rest}"));
+        }
+        // Above the default background: not the same upside down, whatever the pen holds.
+        assert!(text(&[(b, a), (a, Color::Reset)]).ends_with("m▀"));
+    }
+
+    #[test]
+    fn attributes_are_taken_back() {
+        let mut encoder = Encoder::default();
+        let mut cell = Cell::new("a");
+        cell.modifier = Modifier::BOLD;
+        cell.fg = Color::Indexed(7);
+        encoder.put(0, 0, &cell);
+        cell.modifier = Modifier::empty();
+        encoder.put(1, 0, &cell);
+        assert_eq!(encoder.take(), b"\x1b[1;1H\x1b[1;38;5;7ma\x1b[0;38;5;7ma");
     }
 }

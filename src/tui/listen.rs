@@ -1,6 +1,6 @@
 //! Threads that wait for keys, signals and changes of size, and tell the interface.
 
-use super::app::Event;
+use super::event::Event;
 use super::key::{Decoder, Input};
 use super::writer::Mailbox;
 use crossbeam_channel::Sender;

@@ -7,14 +7,15 @@
 //! ```
 //!
 //! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it; [`command`] is the one
-//! table of keys. [`writer`] sends what differs, at the pace that [`pacer`] learns from the terminal's answers.
-//! [`terminal`] holds the modes, `session` ties all together.
+//! table of keys. [`writer`] sends what differs, at the pace that `pacer` learns from the terminal's answers.
+//! `terminal` holds the modes, `session` ties all together.
 
 pub mod app;
 pub mod camera;
 pub mod color;
 pub mod command;
 mod encode;
+pub mod event;
 mod format;
 pub mod key;
 pub mod layout;

@@ -5,6 +5,7 @@ use crate::math::{linear_to_srgb8, srgb8_to_linear};
 use crate::render::{Film, Rect as Tile};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Color;
 
 /// The film, box-filtered in linear light to the half cells of an area (exact area weights, channels clamped to what
 /// a PNG can hold, so that the preview is the PNG made smaller). Half cells are taken as square. Only what changed is
@@ -181,6 +182,8 @@ impl Preview {
         let step = self.fitted_step() / self.zoom;
         self.across = Axis::new(self.film.0, step, self.area.0.into(), self.centre.0);
         self.down = Axis::new(self.film.1, step, 2 * usize::from(self.area.1), self.centre.1);
+        // Whole cells above the picture; half a one may be left below.
+        self.down.margin &= !1;
         // Shifts beyond the edge are forgotten.
         self.centre = (self.across.centre(), self.down.centre());
         let count = self.across.boxes.len() * self.down.boxes.len();
@@ -238,15 +241,12 @@ impl Preview {
                         let mut bytes = [0; 4];
                         cell.set_symbol(ramp(upper, lower).encode_utf8(&mut bytes));
                     }
-                    (Some(upper), Some(lower)) => {
-                        cell.set_symbol(UPPER_HALF).set_fg(mode.color(upper)).set_bg(mode.color(lower));
+                    (Some(upper), lower) => {
+                        let lower = lower.map_or(Color::Reset, |lower| mode.color(lower));
+                        cell.set_symbol(UPPER_HALF).set_fg(mode.color(upper)).set_bg(lower);
                     }
-                    (Some(upper), None) => {
-                        cell.set_symbol(UPPER_HALF).set_fg(mode.color(upper));
-                    }
-                    (None, Some(lower)) => {
-                        cell.set_symbol(LOWER_HALF).set_fg(mode.color(lower));
-                    }
+                    // The picture begins with a whole cell.
+                    (None, Some(_)) => {}
                 }
             }
         }
@@ -255,8 +255,6 @@ impl Preview {
 
 /// Upper pixel in the foreground colour, lower one in the background colour.
 pub const UPPER_HALF: &str = "▀";
-/// The other way round.
-pub const LOWER_HALF: &str = "▄";
 
 /// Mean of the film under a preview pixel, as an sRGB code.
 fn mean(film: &Film, column: &Footprint, row: &Footprint) -> [u8; 3] {
@@ -376,7 +374,7 @@ mod tests {
         preview.set_film(1280, 720);
         preview.set_area(80, 60);
         assert_eq!((preview.across.boxes.len(), preview.down.boxes.len()), (80, 45));
-        assert_eq!((preview.across.margin, preview.down.margin), (0, 37));
+        assert_eq!((preview.across.margin, preview.down.margin), (0, 36));
         preview.set_area(200, 20);
         assert_eq!((preview.across.boxes.len(), preview.down.boxes.len()), (71, 40));
         assert_eq!(preview.across.margin, 64);

@@ -1,7 +1,8 @@
 //! The interface at work: threads, the loop that joins them, and the effects of the state in the world.
 
-use super::app::{App, Effect, Event, Exit};
+use super::app::App;
 use super::color::ColorMode;
+use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
 use super::view::view;
@@ -222,13 +223,13 @@ impl Session {
 
 /// The thread that writes pictures, one after the other.
 struct Saver {
-    films: Sender<(Film, u32)>,
+    films: Sender<(Arc<Film>, u32)>,
     thread: JoinHandle<()>,
 }
 
 impl Saver {
     fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Self {
-        let (films, queue) = unbounded::<(Film, u32)>();
+        let (films, queue) = unbounded::<(Arc<Film>, u32)>();
         let told = events.clone();
         let thread = spawn("saver", events, move || {
             for (film, percent) in queue {
@@ -239,7 +240,7 @@ impl Saver {
         Self { films, thread }
     }
 
-    fn save(&self, film: Film, percent: u32) {
+    fn save(&self, film: Arc<Film>, percent: u32) {
         // If the thread has panicked, the interface knows already.
         let _ = self.films.send((film, percent));
     }

@@ -2,7 +2,7 @@
 
 use crate::support::*;
 use crate::*;
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use glimt::description::*;
 use glimt::math::{Rgb, SplitMix64};
 use glimt::render::{self, RenderEvent};
@@ -124,4 +124,115 @@ fn empty_and_extreme_scenes_have_a_picture() {
             }
         }
     }
+}
+
+#[test]
+fn rays_parallel_to_a_plane_never_meet_it() {
+    // Level rays over and under a plane, and in it: minus one over zero is not a distance.
+    for (height, direction) in [
+        (1.0, DVec3::NEG_Z),
+        (-1.0, DVec3::NEG_Z),
+        (0.0, DVec3::X),
+        (-1.0, v(1.0, -0.0, 1.0)),
+        (1.0, v(1.0, -0.0, 1.0)),
+    ] {
+        let eye = v(0.0, height, 0.0);
+        // A picture of one row, so that all its rays are level.
+        for camera in [
+            perspective(eye, eye + direction, DVec3::Y, 40.0),
+            perspective(eye, eye + direction, DVec3::NEG_Y, 40.0),
+            orthographic(eye, eye + direction, DVec3::Y, 1.0),
+        ] {
+            let mut d = desc(9, 1, camera);
+            d.world.background = SKY;
+            d.materials = vec![MaterialDesc { reflect: 0.5, ..flat("floor", WHITE) }];
+            d.objects = vec![object(ShapeDesc::Plane, "floor")];
+            assert_image("level", &render(&d), EXACT, |_, _| Some(sky(0.0)));
+        }
+    }
+    // A plane met at a right angle sends a mirrored ray level along another one.
+    let mut d = desc(9, 9, orthographic(v(0.0, -3.0, 0.0), v(0.0, 0.0, 0.0), DVec3::Z, 1.0));
+    d.world.background = SKY;
+    d.materials = vec![MaterialDesc { reflect: 1.0, ..bare("mirror", Rgb::BLACK) }, flat("floor", WHITE)];
+    d.objects = vec![
+        // At 45 degrees: rays going up turn toward +x or -x, exactly level up to rounding.
+        ObjectDesc { rotate: v(0.0, 0.0, 45.0), ..at(v(0.0, -1.0, 0.0), object(ShapeDesc::Plane, "mirror")) },
+        at(v(0.0, 7.0, 0.0), object(ShapeDesc::Plane, "floor")),
+    ];
+    let film = render(&d);
+    assert!(film.pixels().iter().all(|p| p[0] == 1.0 || (f64::from(p[0]) - sky(0.0)[0]).abs() < 1e-6));
+}
+
+#[test]
+fn an_opaque_face_that_lies_on_a_glass_one_keeps_the_light_out() {
+    // Under filtered shadows: a glass block stands on an opaque table, the eye looks at the floor below. Whichever of the
+    // two comes first in the file, no light may pass where they touch.
+    for glass_first in [true, false] {
+        let mut d = desc(40, 40, orthographic(v(0.0, -0.5, 0.0), v(0.0, -2.0, 0.0), DVec3::Z, 1.0));
+        d.render.shadows = Shadows::Filtered;
+        d.materials = vec![clear("glass", 1.5), bare("table", Rgb::BLACK), matte("floor", WHITE)];
+        let block = cuboid(v(0.0, 0.5, 0.0), DVec3::ONE, "glass");
+        let table = quad(DVec3::ZERO, 4.0, DVec3::ZERO, "table");
+        d.objects = if glass_first { vec![block, table] } else { vec![table, block] };
+        d.objects.push(quad(v(0.0, -1.0, 0.0), 100.0, DVec3::ZERO, "floor"));
+        d.lights = vec![point_light(v(0.0, 3.0, 0.0), WHITE, 1.0, Falloff::None), sun(v(0.1, 1.0, 0.05), WHITE, 1.0)];
+        assert_image("light-through-a-table", &render(&d), EXACT, |_, _| Some([0.0; 3]));
+    }
+}
+
+#[test]
+fn filtered_shadows_take_their_part_at_every_surface_touching_ones_too() {
+    // Two panes of glass of k_t = 1/2 that touch: four surfaces, 1/16 of the light.
+    let mut d = desc(20, 20, orthographic(v(0.0, 0.5, 0.0), DVec3::ZERO, DVec3::Z, 1.0));
+    d.render.shadows = Shadows::Filtered;
+    d.materials = vec![MaterialDesc { transmit: 0.5, ..clear("glass", 1.5) }, matte("floor", WHITE)];
+    d.objects = vec![
+        cuboid(v(0.0, 1.5, 0.0), v(4.0, 1.0, 4.0), "glass"),
+        cuboid(v(0.0, 2.5, 0.0), v(4.0, 1.0, 4.0), "glass"),
+        object(ShapeDesc::Plane, "floor"),
+    ];
+    d.lights = vec![sun(DVec3::Y, WHITE, 1.0)];
+    assert_image("panes", &render(&d), EXACT, |_, _| Some([1.0 / 16.0; 3]));
+}
+
+#[test]
+fn faces_that_coincide_up_to_rounding_show_one_of_them_without_specks() {
+    // Row 14. A rug on a floor, a picture on a wall: the same plane by different arithmetic. The first in the file is seen.
+    for (size, rotate) in [(1.7, v(0.0, 20.0, 0.0)), (2.3, v(33.0, 20.0, 71.0)), (0.9, v(90.0, 0.0, 12.0))] {
+        let mut d = desc(90, 70, perspective(v(1.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y, 45.0));
+        d.materials = vec![flat("floor", Rgb::new(0.1, 0.2, 0.8)), flat("rug", Rgb::new(0.8, 0.2, 0.1))];
+        let up = DQuat::from_rotation_z(rotate.z.to_radians())
+            * DQuat::from_rotation_y(rotate.y.to_radians())
+            * DQuat::from_rotation_x(rotate.x.to_radians())
+            * DVec3::Y;
+        let place = v(0.3, 0.1, -0.2);
+        let floor = ObjectDesc { rotate, ..at(place, object(ShapeDesc::Plane, "floor")) };
+        let rug = quad(place, size, rotate, "rug");
+        // A box of which a face lies in the plane, for good measure.
+        let block = ObjectDesc { rotate, ..cuboid(place - up * (0.35 * size), v(0.4, 0.7, 0.5) * size, "rug") };
+        d.objects = vec![floor.clone()];
+        let bare_floor = render(&d);
+        d.objects = vec![floor.clone(), rug.clone(), block.clone()];
+        let under = render(&d);
+        d.objects = vec![rug.clone(), block.clone(), floor.clone()];
+        let over = render(&d);
+        // The side of the plane that the box is on sees the box.
+        if up.dot(d.camera.position - place) > 0.0 {
+            assert_eq!(under.hash(), bare_floor.hash());
+        }
+        // With the floor moved away by a hair, nothing coincides.
+        let hair = up * up.dot(d.camera.position - place).signum() * -1e-7;
+        d.objects[2].translate += hair;
+        assert_within_one_code("rug", &over, &render(&d), 2);
+    }
+}
+
+#[test]
+fn a_material_that_gives_back_twice_what_it_gets_does_not_take_for_ever() {
+    // Sixteen mirroring and transparent faces: 2^64 paths at this depth, were all of them followed.
+    let mut d = desc(2, 2, perspective(v(0.0, 0.5, 40.0), DVec3::ZERO, DVec3::Y, 40.0));
+    d.render.max_depth = 64;
+    d.materials = vec![MaterialDesc { reflect: 1.0, ..clear("gain", 1.5) }];
+    d.objects = (0..8).map(|i| cuboid(v(0.0, 0.0, f64::from(i)), v(100.0, 100.0, 0.5), "gain")).collect();
+    assert!(render(&d).pixels().iter().flatten().all(|c| c.is_finite()));
 }

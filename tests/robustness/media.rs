@@ -141,3 +141,17 @@ fn an_orthographic_camera_may_start_its_rays_inside_and_outside_of_glass() {
     });
     assert!(excluded <= 4);
 }
+
+#[test]
+fn a_pane_of_glass_a_millionth_as_thick_as_wide_still_has_two_sides() {
+    // Seen through it, sideways by less than a millionth, is the sky in the same direction; a pane that lost its back
+    // would bend what is behind.
+    for thickness in [1e-2, 1e-4, 1e-6] {
+        let mut d = desc(40, 30, perspective(v(1.0, 2.0, 6.0), DVec3::ZERO, DVec3::Y, 40.0));
+        d.world.background = SKY;
+        d.materials = vec![clear("glass", 1.5)];
+        d.objects =
+            vec![ObjectDesc { rotate: v(20.0, 30.0, 0.0), ..cuboid(DVec3::ZERO, v(8.0, 8.0, thickness), "glass") }];
+        assert_image("pane", &render(&d), EXACT, |x, y| Some(sky(pixel_ray(&d, x, y).1.y)));
+    }
+}

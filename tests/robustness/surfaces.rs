@@ -2,9 +2,10 @@
 
 use crate::support::*;
 use crate::*;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use glimt::description::*;
-use glimt::math::Rgb;
+use glimt::geometry::{Ray, Robust, reflect};
+use glimt::math::{Rgb, SplitMix64};
 
 #[test]
 fn convex_bodies_of_any_size_show_no_acne() {
@@ -234,4 +235,105 @@ fn a_cylinder_and_a_cone_keep_their_outline_to_ten_million_sizes() {
             assert!(excluded <= if exponent == 1 { 400 } else { 40 }, "{excluded} at {distance}");
         }
     }
+}
+
+fn unit(rng: &mut SplitMix64) -> DVec3 {
+    loop {
+        let p = v(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+        if (0.01..=1.0).contains(&p.length_squared()) {
+            return p.normalize();
+        }
+    }
+}
+
+#[test]
+fn over_all_sizes_and_distances_rays_leave_their_surface_and_meet_what_stands_a_millionth_of_the_size_away() {
+    // S10. Bodies of size 1e-3 to 1e6, the eye at 5 to 1e5 sizes, the light at 1e-2 to 1e4 sizes, all of it up to 1e5 sizes
+    // from the origin. Outside of a convex body no shadow ray or mirrored ray meets the body itself; and a shell around the
+    // body at a gap of 1e-6 to 1e-1 sizes stops every ray that goes farther.
+    let file = model_file("cells", &ball_obj(8));
+    let (mut rng, mut checked) = (SplitMix64(10), 0);
+    let shapes = [
+        (ShapeDesc::Sphere { radius: 1.0 }, DVec3::ONE),
+        (ShapeDesc::Sphere { radius: 1.0 }, v(1.0, 0.3, 2.0)),
+        (ShapeDesc::Quad { size: DVec2::splat(2.0) }, DVec3::ONE),
+        (ShapeDesc::Mesh { file: file.clone(), crease: 0.0 }, DVec3::ONE),
+        (ShapeDesc::Cuboid { size: v(2.0, 1.5, 1.0) }, DVec3::ONE),
+        (ShapeDesc::Cylinder { radius: 0.8, height: 1.6 }, v(1.0, 1.0, 0.4)),
+        (ShapeDesc::Cone { radius: 1.0, height: 1.4 }, DVec3::ONE),
+    ];
+    let shading = |body: &ObjectDesc| {
+        let mut d = desc(1, 1, CameraDesc::default());
+        d.materials = vec![flat("white", WHITE)];
+        d.objects = vec![body.clone()];
+        compile(&d)
+    };
+    for (shape, stretch) in shapes {
+        for size in [1e-3, 1.0, 1e6] {
+            for away in [0.0, 1e2, 1e5] {
+                let center = v(0.6, -0.5, 0.62) * (away * size);
+                let body = ObjectDesc {
+                    scale: stretch * size,
+                    rotate: v(20.0, 70.0, 30.0),
+                    ..at(center, object(shape.clone(), "white"))
+                };
+                let scene = shading(&body);
+                let is_quad = matches!(shape, ShapeDesc::Quad { .. });
+                let shells: Vec<_> = [1e-6, 1e-4, 1e-2, 1e-1]
+                    .into_iter()
+                    .map(|gap| {
+                        let mut shell = body.clone();
+                        if is_quad {
+                            // A larger quad over it and another one under it.
+                            let turn = scene.objects()[0].map.forward.matrix3;
+                            let up = (turn * DVec3::Y).normalize() * (gap * size);
+                            let lid = |side: f64| ObjectDesc {
+                                scale: body.scale * 1e3,
+                                translate: center + up * side,
+                                ..body.clone()
+                            };
+                            let mut d = desc(1, 1, CameraDesc::default());
+                            d.materials = vec![flat("white", WHITE)];
+                            d.objects = vec![lid(1.0), lid(-1.0)];
+                            return (gap, compile(&d));
+                        }
+                        // Scaled about its middle, the shell stands off by at least the gap times the least extent.
+                        shell.scale *= 1.0 + gap;
+                        (gap, shading(&shell))
+                    })
+                    .collect();
+                for eye_at in [5.0, 1e3, 1e5] {
+                    for light_at in [1e-2, 1.0, 1e4] {
+                        for _ in 0..300 {
+                            let eye = center + unit(&mut rng) * (eye_at * size);
+                            let target = center + unit(&mut rng) * (rng.unit() * 0.5 * size);
+                            let ray = Ray::new(eye, (target - eye).normalize());
+                            let Some(hit) = scene.intersect::<Robust>(&ray) else { continue };
+                            let surface = scene.interaction::<Robust>(&ray, &hit);
+                            let side = if surface.entering { 1.0 } else { -1.0 };
+                            let normal = surface.geometric_normal * side;
+                            // Not within a thousandth of the tangent plane: there a shell of a millionth is far away.
+                            let toward = (normal * 1.001 + unit(&mut rng)).normalize();
+                            let light = surface.point + toward * (light_at * size);
+                            let shadow = surface.shadow_ray_to::<Robust>(light).expect("the light is elsewhere");
+                            let mirrored = surface.spawn_ray::<Robust>(reflect(ray.direction, normal, normal));
+                            let case = format!("{shape:?} size {size} away {away} eye {eye_at} light {light_at}");
+                            checked += 1;
+                            assert!(!scene.occluded::<Robust>(&shadow), "shadow acne: {case}");
+                            assert!(!scene.occluded::<Robust>(&mirrored), "mirror acne: {case}");
+                            for (gap, shell) in &shells {
+                                assert!(shell.occluded::<Robust>(&mirrored), "mirror leak at gap {gap}: {case}");
+                                // The other lights may be inside of the shell.
+                                if light_at > 1e3 {
+                                    assert!(shell.occluded::<Robust>(&shadow), "shadow leak at gap {gap}: {case}");
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(checked > 100_000, "{checked}");
+    std::fs::remove_file(file).ok();
 }

@@ -137,6 +137,20 @@ pub fn mesh(file: &Path, material: &str) -> ObjectDesc {
     object(ShapeDesc::Mesh { file: file.into(), crease: 0.0 }, material)
 }
 
+/// All files below a folder with this ending, in order.
+pub fn files(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            files(&path, ending, found);
+        } else if path.extension().is_some_and(|e| e == ending) {
+            found.push(path);
+        }
+    }
+}
+
 /// Compiles; the scenes of the tests are right.
 pub fn compile(desc: &SceneDesc) -> Arc<Scene> {
     Arc::new(scene::compile(desc, None).unwrap_or_else(|e| panic!("{e}")))

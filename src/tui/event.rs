@@ -1,0 +1,63 @@
+//! What happens to the interface, and what it wants done: the two sides of `App::update`.
+
+use super::key::Key;
+use crate::render::RenderEvent;
+use crate::scene::{CompileError, Scene};
+use std::sync::Arc;
+
+/// What happened.
+#[derive(Debug)]
+pub enum Event {
+    /// A key was pressed.
+    Key(Key),
+    /// The terminal has this many columns and rows.
+    Resize(u16, u16),
+    /// A worker reports.
+    Render(RenderEvent),
+    /// The description was compiled.
+    Compiled(Result<Arc<Scene>, CompileError>),
+    /// The picture was saved when this much of it was done, or why it was not.
+    Saved(Result<u32, String>),
+    /// A signal asks to end.
+    Terminated(i32),
+    /// The shell asks to stop.
+    StopAsked,
+    /// The shell lets the program go on.
+    Continued,
+    /// The terminal is gone.
+    HungUp,
+    /// A thread of the interface panicked.
+    Broken(String),
+}
+
+/// What has to be done in the world.
+#[derive(Clone)]
+pub enum Effect {
+    /// Render this scene.
+    Start(Arc<Scene>),
+    /// Stop the workers, or let them go on.
+    Pause(bool),
+    /// Save the film, of which this many percent are done.
+    Save(u32),
+    /// Give the terminal back and stop the program.
+    Stop,
+    /// Take the terminal again.
+    Reenter,
+    /// Send the whole screen again.
+    Redraw,
+    /// Live on without a terminal.
+    Detach,
+}
+
+/// Why the interface ends.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Exit {
+    /// The user has quit, or there is nothing left to do.
+    Quit,
+    /// By this signal.
+    Signal(i32),
+    /// The scene at the start cannot be rendered.
+    Compile(CompileError),
+    /// A thread of the interface panicked.
+    Broken(String),
+}
