@@ -78,7 +78,7 @@ fn refused(obj: impl AsRef<[u8]>) -> (Option<usize>, String) {
 }
 
 fn has_note(model: &Model, part: &str) -> bool {
-    model.report.notes.iter().any(|n| n.contains(part))
+    model.report.normals.iter().chain(&model.report.notes).any(|n| n.contains(part))
 }
 
 /// What every model promises.

@@ -72,7 +72,7 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
     let camera = Camera::new(&desc.camera, width, height).ok_or(CompileError::Camera)?;
     let start = Instant::now();
     let assets = load_assets(desc, previous.map(|p| &p.assets))?;
-    let load_time = start.elapsed();
+    let load_time = start.elapsed().saturating_sub(assets.build_time);
     let start = Instant::now();
     let geometry = match previous {
         Some(p) if same_places(&p.geometry.sources, &desc.objects) => p.geometry.clone(),
@@ -90,7 +90,7 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
         lights: desc.lights.iter().map(Light::new).collect(),
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
-        summary: Summary { load_time: load_time.saturating_sub(build_time), build_time, ..Summary::default() },
+        summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
         assets,
@@ -292,6 +292,12 @@ impl Scene {
         s.tree = geometry.tree.stats();
         s.imports = meshes.map(|((path, _), mesh)| (path.clone(), mesh.report.clone())).collect();
         s.warnings = warnings(desc);
+        for (file, report) in &s.imports {
+            s.warnings.extend(report.notes.iter().map(|note| format!("{}: {note}", file.display())));
+        }
+        // A model that is used with two crease angles was imported twice.
+        let mut told = HashSet::new();
+        s.warnings.retain(|warning| told.insert(warning.clone()));
     }
 }
 
@@ -306,7 +312,7 @@ fn warnings(desc: &SceneDesc) -> Vec<String> {
             "the scene has no lights: only ambient light, reflections and the background will be seen".to_string(),
         );
     }
-    let used: std::collections::HashSet<&str> = desc.objects.iter().filter_map(|o| o.material.as_deref()).collect();
+    let used: HashSet<&str> = desc.objects.iter().filter_map(|o| o.material.as_deref()).collect();
     for material in &desc.materials {
         let name = printable(&material.name);
         if !used.contains(material.name.as_str()) {
