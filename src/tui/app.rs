@@ -229,11 +229,11 @@ impl App {
         match command {
             Command::Quit => self.exit = Some(Exit::Quit),
             Command::TogglePause => match self.activity {
-                Activity::Rendering => return self.set_paused(true, now),
                 Activity::Paused => return self.set_paused(false, now),
-                _ => {}
+                Activity::Finished | Activity::Failed if !self.is_restarting() => {}
+                _ => return self.set_paused(true, now),
             },
-            Command::Restart => self.edited = true,
+            Command::Restart => self.restart(),
             Command::SaveImage => return self.save(),
             Command::ToggleHelp => self.help = !self.help,
             Command::Suspend => return self.update(Event::StopAsked, now),
@@ -297,11 +297,31 @@ impl App {
         let before = (self.desc.camera, self.desc.render);
         let desc = Arc::make_mut(&mut self.desc);
         change(desc);
-        self.edited |= before != (desc.camera, desc.render);
+        if before != (desc.camera, desc.render) {
+            self.restart();
+        }
+    }
+
+    /// A restart ends a pause: whoever edits wants to see what it does. A pause that comes later is one of the new
+    /// render.
+    fn restart(&mut self) {
+        self.edited = true;
+        if self.activity == Activity::Paused {
+            self.activity = Activity::Compiling;
+        }
+    }
+
+    /// Whether a new render is on its way.
+    fn is_restarting(&self) -> bool {
+        self.edited || self.compiling
     }
 
     fn set_paused(&mut self, paused: bool, now: Instant) -> Vec<Effect> {
-        self.activity = if paused { Activity::Paused } else { Activity::Rendering };
+        self.activity = match paused {
+            true => Activity::Paused,
+            false if self.is_restarting() => Activity::Compiling,
+            false => Activity::Rendering,
+        };
         if let Some(progress) = &mut self.progress {
             progress.set_paused(paused, now);
         }
@@ -343,8 +363,12 @@ impl App {
                 self.progress = Some(Progress::new(&scene, self.threads, now));
                 self.shown = None;
                 self.scene = Some(scene.clone());
-                self.activity = Activity::Rendering;
-                vec![Effect::Start(scene)]
+                let mut effects = vec![Effect::Start(scene)];
+                match self.activity {
+                    Activity::Paused => effects.extend(self.set_paused(true, now)),
+                    _ => self.activity = Activity::Rendering,
+                }
+                effects
             }
             Err(error) if self.scene.is_none() => {
                 self.exit = Some(Exit::Compile(error));
@@ -372,6 +396,8 @@ impl App {
                     return self.save();
                 }
             }
+            // Of a render that is about to be replaced.
+            RenderEvent::Finished if self.edited => {}
             RenderEvent::Finished => {
                 self.activity = Activity::Finished;
                 return self.save();
@@ -399,14 +425,13 @@ impl App {
 
     /// Whether every pixel of the film belongs to the newest scene.
     fn is_whole(&self) -> bool {
-        !self.edited && !self.compiling && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
+        !self.is_restarting() && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
     }
 
     /// Without a terminal the program lives only until the picture is saved.
     fn end_if_alone(&mut self) {
-        let working = self.edited
+        let working = self.is_restarting()
             || matches!(self.activity, Activity::Compiling | Activity::Rendering)
-            || self.compiling
             || self.saves_running > 0;
         if self.hung_up && !working {
             self.exit = Some(Exit::Signal(HANG_UP));

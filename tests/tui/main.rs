@@ -222,6 +222,41 @@ fn space_pauses_and_goes_on() {
 }
 
 #[test]
+fn a_pause_while_the_compiler_is_at_work_is_one_of_the_new_render() {
+    let mut stages =
+        [Stage::new((200, 60), ColorMode::Truecolor), Stage::started((200, 60)), Stage::finished((200, 60))];
+    for stage in &mut stages {
+        stage.keys("r");
+        let (desc, previous) = stage.app.begin_compile().unwrap();
+        stage.keys(" ");
+        assert!(stage.status().contains("paused"), "{}", stage.status());
+        stage.effects.clear();
+        stage.tell(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+        assert!(matches!(stage.effects[..], [Effect::Start(_), Effect::Pause(true)]));
+        assert_eq!(stage.app.activity(), Activity::Paused);
+        // The clock stands.
+        stage.now += Duration::from_secs(100);
+        stage.keys(" ");
+        assert_eq!(stage.app.activity(), Activity::Rendering);
+        stage.now += Duration::from_secs(1);
+        assert!(
+            stage.text().lines().any(|line| line.contains("elapsed") && line.ends_with("  1.0 s ")),
+            "{}",
+            stage.text()
+        );
+    }
+    // In one batch with the key that restarts, in which the old render ends too; and taken back.
+    let mut stage = Stage::started((80, 24));
+    stage.keys("r ");
+    stage.tell(Event::Render(RenderEvent::Finished));
+    assert!(stage.compile());
+    assert_eq!(stage.app.activity(), Activity::Paused);
+    stage.keys("r  ");
+    assert!(stage.compile());
+    assert_eq!(stage.app.activity(), Activity::Rendering);
+}
+
+#[test]
 fn the_end_of_a_render_saves_the_picture_and_says_where() {
     let mut stage = Stage::started((80, 24));
     stage.tile(|_, _| [0.5; 3]);
