@@ -82,11 +82,15 @@ pub struct App {
     /// The program was asked to stop and does not know yet that it goes on.
     stopped: bool,
     hung_up: bool,
+    /// Leaves when the saves that run are done, or else at this time.
+    leaving: Option<(Exit, Instant)>,
     exit: Option<Exit>,
 }
 
 /// How often numbers on the screen change.
 const NUMBERS_PERIOD: Duration = Duration::from_millis(125);
+/// Leaving does not wait longer than this for saves: a pipe that nobody reads or a disk that is gone takes for ever.
+const SAVE_PATIENCE: Duration = Duration::from_secs(2);
 /// Steps of one key press.
 const ORBIT_DEGREES: f64 = 5.0;
 const PAN_PART: f64 = 0.05;
@@ -130,6 +134,7 @@ impl App {
             saves_running: 0,
             stopped: false,
             hung_up: false,
+            leaving: None,
             exit: None,
         };
         app.lay_out();
@@ -158,9 +163,14 @@ impl App {
                     Err(reason) => self.tell(Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
                 }
                 self.saved = Some(result);
+                if self.saves_running == 0
+                    && let Some((exit, _)) = self.leaving.take()
+                {
+                    self.exit = Some(exit);
+                }
                 self.end_if_alone();
             }
-            Event::Terminated(signal) => self.exit = Some(Exit::Signal(signal)),
+            Event::Terminated(signal) => self.leave(Exit::Signal(signal), now),
             Event::StopAsked => {
                 self.stopped(true, now);
                 return vec![Effect::Stop];
@@ -179,7 +189,7 @@ impl App {
                     return effects;
                 }
             }
-            Event::Broken(message) => self.exit = Some(Exit::Broken(message)),
+            Event::Broken(message) => self.leave(Exit::Broken(message), now),
         }
         Vec::new()
     }
@@ -192,6 +202,28 @@ impl App {
         }
         self.compiling = true;
         Some((self.desc.clone(), self.scene.clone()))
+    }
+
+    /// Leaves as soon as no save is under way; at once if that was asked for before.
+    fn leave(&mut self, exit: Exit, now: Instant) {
+        if self.saves_running == 0 || self.leaving.is_some() {
+            self.exit = Some(exit);
+        } else {
+            self.tell(Tone::Plain, format!("saving {}; {} leaves at once", self.output_text(), key_of(Command::Quit)));
+            self.leaving = Some((exit, now + SAVE_PATIENCE));
+        }
+    }
+
+    /// Until when saves may keep the interface from leaving.
+    pub fn leaves_by(&self) -> Option<Instant> {
+        self.leaving.as_ref().map(|(_, by)| *by)
+    }
+
+    /// Leaves without its saves if they have taken too long.
+    pub fn lose_patience(&mut self, now: Instant) {
+        if let Some((exit, _)) = self.leaving.take_if(|(_, by)| *by <= now) {
+            self.exit = Some(exit);
+        }
     }
 
     /// Brings preview and numbers up to date for a frame at `now`.
@@ -227,7 +259,7 @@ impl App {
     pub fn command(&mut self, command: Command, now: Instant) -> Vec<Effect> {
         self.message = None;
         match command {
-            Command::Quit => self.exit = Some(Exit::Quit),
+            Command::Quit => self.leave(Exit::Quit, now),
             Command::TogglePause => match self.activity {
                 Activity::Paused => return self.set_paused(false, now),
                 Activity::Finished | Activity::Failed if !self.is_restarting() => {}
@@ -537,6 +569,11 @@ impl App {
     /// The last save: how much of the picture was done, or why it failed.
     pub fn saved(&self) -> Option<&Result<u32, String>> {
         self.saved.as_ref()
+    }
+
+    /// Whether a save is under way.
+    pub fn is_saving(&self) -> bool {
+        self.saves_running > 0
     }
 
     /// Whole percent of the running or finished render.

@@ -17,7 +17,7 @@ use ratatui::layout::Rect;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time between two frames while only the picture changes, and the least time between any two.
@@ -103,6 +103,7 @@ impl Session {
             }
             self.draw();
             self.take_events();
+            self.app.lose_patience(Instant::now());
         }
         self.end()
     }
@@ -111,7 +112,7 @@ impl Session {
     fn take_events(&mut self) {
         let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
-        let until = [self.frame_due, clock].into_iter().flatten().min();
+        let until = [self.frame_due, clock, self.app.leaves_by()].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
         let event = select! {
             recv(self.events.1) -> event => event.ok(),
@@ -194,12 +195,11 @@ impl Session {
         self.mailbox.post(Frame { buffer, exact: self.app.is_final() }, fresh);
     }
 
-    /// Restores the terminal, lets saves that have begun come to their end, and says how it went.
+    /// Restores the terminal and says how it went.
     fn end(mut self) -> Result<Outcome, Error> {
         self.render = None;
         self.mailbox.hold();
         drop(self.guard);
-        self.saver.finish();
         let exit = self.app.exit().cloned().unwrap_or(Exit::Quit);
         for event in self.events.1.try_iter().filter(|event| matches!(event, Event::Saved(_))) {
             self.app.update(event, Instant::now());
@@ -212,6 +212,7 @@ impl Session {
         };
         let file = self.app.output_text();
         let (line, code) = match self.app.saved() {
+            _ if self.app.is_saving() => (format!("left before the picture was saved as {file}"), 1),
             Some(Ok(100)) => (format!("saved {file}"), 0),
             Some(Ok(percent)) => (format!("saved {file} at {percent} %"), 0),
             Some(Err(reason)) => (format!("cannot save {file}: {reason}"), 1),
@@ -222,44 +223,35 @@ impl Session {
 }
 
 /// The thread that writes pictures, one after the other.
-struct Saver {
-    films: Sender<(Arc<Film>, u32)>,
-    thread: JoinHandle<()>,
-}
+struct Saver(Sender<(Arc<Film>, u32)>);
 
 impl Saver {
     fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Self {
         let (films, queue) = unbounded::<(Arc<Film>, u32)>();
         let told = events.clone();
-        let thread = spawn("saver", events, move || {
+        spawn("saver", events, move || {
             for (film, percent) in queue {
                 let result = save_png(&film, &output).map(|()| percent).map_err(|error| error.to_string());
                 let _ = told.send(Event::Saved(result));
             }
         });
-        Self { films, thread }
+        Self(films)
     }
 
     fn save(&self, film: Arc<Film>, percent: u32) {
         // If the thread has panicked, the interface knows already.
-        let _ = self.films.send((film, percent));
-    }
-
-    /// Waits until all is written.
-    fn finish(self) {
-        drop(self.films);
-        let _ = self.thread.join();
+        let _ = self.0.send((film, percent));
     }
 }
 
 /// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still.
-fn spawn(name: &str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> JoinHandle<()> {
+fn spawn(name: &str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) {
     let (title, events) = (name.to_string(), events.clone());
     thread::spawn(move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {
             let _ = events.send(Event::Broken(format!("the thread for {title} panicked: {}", panic_text(&*panic))));
         }
-    })
+    });
 }
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {

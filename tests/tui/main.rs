@@ -344,6 +344,42 @@ fn quitting_is_one_key() {
 }
 
 #[test]
+fn quitting_waits_for_a_save_until_it_is_done_or_two_seconds_are_over_or_it_is_asked_for_again() {
+    let saving = || {
+        let mut stage = Stage::finished((80, 24));
+        stage.keys("sq");
+        assert!(stage.app.exit().is_none() && stage.app.is_saving());
+        assert!(stage.status().contains("saving balls.png; q leaves at once"), "{}", stage.status());
+        stage
+    };
+    let mut stage = saving();
+    stage.tell(Event::Saved(Ok(100)));
+    assert_eq!((stage.app.exit(), stage.app.is_saving()), (Some(&Exit::Quit), false));
+
+    for (event, exit) in [(Event::Key(Key::ctrl('c')), Exit::Quit), (Event::Terminated(15), Exit::Signal(15))] {
+        let mut stage = saving();
+        stage.tell(event);
+        assert_eq!((stage.app.exit(), stage.app.is_saving()), (Some(&exit), true));
+    }
+
+    let mut stage = saving();
+    let by = stage.app.leaves_by().expect("there is a bound");
+    assert_eq!(by - stage.now, Duration::from_secs(2));
+    stage.app.lose_patience(by - Duration::from_millis(1));
+    assert_eq!(stage.app.exit(), None);
+    stage.app.lose_patience(by);
+    assert_eq!((stage.app.exit(), stage.app.is_saving()), (Some(&Exit::Quit), true));
+
+    // A first signal waits as a first key does.
+    let mut stage = Stage::finished((80, 24));
+    stage.keys("s");
+    stage.tell(Event::Terminated(15));
+    assert_eq!(stage.app.exit(), None);
+    stage.tell(Event::Saved(Ok(100)));
+    assert_eq!(stage.app.exit(), Some(&Exit::Signal(15)));
+}
+
+#[test]
 fn the_help_screen_lists_every_binding_at_80_by_24() {
     let mut stage = Stage::finished((80, 24));
     stage.keys("?");
