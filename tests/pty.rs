@@ -371,6 +371,21 @@ fn a_slow_link_echoes_keys_before_it_carries_the_picture() {
 }
 
 #[test]
+fn when_the_system_refuses_threads_the_terminal_is_restored_and_the_reason_told() {
+    let mut session = Session::start_with("threads", USUAL, &scene(64, 4), |program| {
+        let mut command = CommandBuilder::new(program);
+        command.arg("ball.toml");
+        // More than any machine has: no thread gets its stack.
+        command.env("RUST_MIN_STACK", (1u64 << 60).to_string());
+        command
+    });
+    assert_eq!(session.end(), 1);
+    session.assert_restored();
+    session.wait_for_text("cannot start a thread for");
+    assert!(!session.far().parser.screen().contents().contains("panicked"));
+}
+
+#[test]
 fn the_terminal_is_restored_when_the_scene_cannot_be_rendered() {
     let mut session = Session::start(
         "bad",

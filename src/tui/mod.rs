@@ -96,8 +96,8 @@ pub enum Error {
     Terminal(io::Error),
     /// The scene cannot be rendered.
     Compile(CompileError),
-    /// A part of glimt panicked: a bug.
-    Panicked(String),
+    /// A thread could not be started, or panicked.
+    Broken(String),
 }
 
 impl fmt::Display for Error {
@@ -105,7 +105,7 @@ impl fmt::Display for Error {
         match self {
             Self::Terminal(error) => write!(f, "the terminal cannot be used: {error}"),
             Self::Compile(error) => error.fmt(f),
-            Self::Panicked(message) => write!(f, "{message} (this is a bug in glimt)"),
+            Self::Broken(message) => f.write_str(message),
         }
     }
 }

@@ -54,7 +54,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     // Signals first: none of them may find the terminal changed and nobody listening.
     let signals = listen::signals(events.0.clone()).map_err(Error::Terminal)?;
     let guard = Guard::enter().map_err(Error::Terminal)?;
-    spawn("signals", &events.0, signals);
+    spawn("signals", &events.0, signals).map_err(Error::Broken)?;
     spawn("keys", &events.0, {
         let (events, mailbox) = (events.0.clone(), mailbox.clone());
         move || {
@@ -63,7 +63,8 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
                 let _ = events.send(Event::HungUp);
             }
         }
-    });
+    })
+    .map_err(Error::Broken)?;
     spawn("screen", &events.0, {
         let (events, mailbox, terminal) = (events.0.clone(), mailbox.clone(), guard.terminal().clone());
         move || {
@@ -71,8 +72,9 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
                 let _ = events.send(Event::HungUp);
             }
         }
-    });
-    let saver = Saver::new(output, &events.0);
+    })
+    .map_err(Error::Broken)?;
+    let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
     let session = Session {
@@ -97,9 +99,12 @@ impl Session {
                 // Its workers make room at once; its picture stays.
                 self.render = None;
                 let events = self.events.0.clone();
-                spawn("compiler", &self.events.0, move || {
+                let begun = spawn("compiler", &self.events.0, move || {
                     let _ = events.send(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
                 });
+                if let Err(refused) = begun {
+                    self.take(Event::Broken(refused));
+                }
             }
             self.draw();
             self.take_events();
@@ -206,7 +211,7 @@ impl Session {
         }
         let signal = match exit {
             Exit::Compile(error) => return Err(Error::Compile(error)),
-            Exit::Broken(message) => return Err(Error::Panicked(message)),
+            Exit::Broken(message) => return Err(Error::Broken(message)),
             Exit::Signal(number) => Some(number),
             Exit::Quit => None,
         };
@@ -226,7 +231,7 @@ impl Session {
 struct Saver(Sender<(Arc<Film>, u32)>);
 
 impl Saver {
-    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Self {
+    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Result<Self, String> {
         let (films, queue) = unbounded::<(Arc<Film>, u32)>();
         let told = events.clone();
         spawn("saver", events, move || {
@@ -234,8 +239,8 @@ impl Saver {
                 let result = save_png(&film, &output).map(|()| percent).map_err(|error| error.to_string());
                 let _ = told.send(Event::Saved(result));
             }
-        });
-        Self(films)
+        })?;
+        Ok(Self(films))
     }
 
     fn save(&self, film: Arc<Film>, percent: u32) {
@@ -244,14 +249,21 @@ impl Saver {
     }
 }
 
-/// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still.
-fn spawn(name: &str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) {
-    let (title, events) = (name.to_string(), events.clone());
-    thread::spawn(move || {
+/// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still. The error
+/// tells why the system refuses the thread.
+fn spawn(title: &'static str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    let events = events.clone();
+    let guarded = move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {
-            let _ = events.send(Event::Broken(format!("the thread for {title} panicked: {}", panic_text(&*panic))));
+            let text = panic_text(&*panic);
+            let broken = format!("the thread for {title} panicked: {text} (this is a bug in glimt)");
+            let _ = events.send(Event::Broken(broken));
         }
-    });
+    };
+    match thread::Builder::new().name(title.into()).spawn(guarded) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(format!("cannot start a thread for {title}: {error}")),
+    }
 }
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {
