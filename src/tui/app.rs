@@ -65,6 +65,8 @@ pub struct App {
     /// Shared with a save that is under way, which then costs a copy at the next tile and none if there is no more.
     film: Arc<Film>,
     scene: Option<Arc<Scene>>,
+    /// What the first compile may share.
+    lent: Option<Arc<Scene>>,
     progress: Option<Progress>,
     /// The numbers on the screen and their time: renewed only so often that they can be read.
     shown: Option<(Progress, Instant)>,
@@ -122,6 +124,7 @@ impl App {
             preview: Preview::default(),
             film,
             scene: None,
+            lent: None,
             progress: None,
             shown: None,
             activity: Activity::Compiling,
@@ -139,6 +142,11 @@ impl App {
         };
         app.lay_out();
         app
+    }
+
+    /// Lends the first compile a scene that has meshes, pictures or trees which it would read or build again.
+    pub fn lend(&mut self, compiled: Arc<Scene>) {
+        self.lent = Some(compiled);
     }
 
     /// Takes in what happened and tells what has to be done. An edit only marks the description as edited: see
@@ -201,7 +209,7 @@ impl App {
             return None;
         }
         self.compiling = true;
-        Some((self.desc.clone(), self.scene.clone()))
+        Some((self.desc.clone(), self.lent.take().or_else(|| self.scene.clone())))
     }
 
     /// Leaves as soon as no save is under way; at once if that was asked for before.

@@ -29,18 +29,21 @@ pub mod view;
 pub mod writer;
 
 use crate::description::SceneDesc;
-use crate::scene::CompileError;
+use crate::scene::{CompileError, Scene};
 use std::fmt;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// What to show, and how.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The scene at the start.
     pub desc: SceneDesc,
+    /// What was compiled before and shares models with it, so that they are not read again.
+    pub compiled: Option<Arc<Scene>>,
     /// What the scene is called: a file stem or `demo`.
     pub scene_name: String,
     /// Where finished pictures go (`<scene>.png` if the user did not say).

@@ -48,7 +48,10 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let mode = ColorMode::detect(options.color, |name| std::env::var(name).ok());
     let size = crossterm::terminal::size().map_err(Error::Terminal)?;
     let (threads, output) = (options.threads, options.output);
-    let app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
+    let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
+    if let Some(compiled) = options.compiled {
+        app.lend(compiled);
+    }
     let events = unbounded();
     let mailbox = Mailbox::default();
     // Signals first: none of them may find the terminal changed and nobody listening.

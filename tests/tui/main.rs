@@ -195,6 +195,26 @@ fn a_burst_of_keys_is_one_restart_with_all_of_them() {
 }
 
 #[test]
+fn a_model_that_is_compiled_already_is_not_read_again() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tui-lend");
+    std::fs::create_dir_all(&directory).unwrap();
+    let file = directory.join("triangle.obj");
+    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mesh = ObjectDesc::new(ShapeDesc::Mesh { file: file.clone(), crease: 30.0 });
+    let desc = SceneDesc { objects: vec![mesh], ..scene() };
+    let alone = compile(&desc, None).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let app = App::new(desc, "triangle", Path::new("triangle.png"), 2, ColorMode::None, (80, 24));
+    let mut stage = Stage { app, now: Instant::now(), effects: Vec::new() };
+    stage.app.lend(Arc::new(alone));
+    for _ in 0..2 {
+        assert!(stage.compile());
+        assert_eq!((stage.app.exit(), stage.app.activity()), (None, Activity::Rendering));
+        stage.keys("r");
+    }
+}
+
+#[test]
 fn a_key_at_its_limit_restarts_nothing() {
     let mut stage = Stage::started((80, 24));
     stage.keys("NNNN");
