@@ -77,6 +77,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     let options = tui::Options {
         scene_name: opened.name().to_string_lossy().into_owned(),
         desc: opened.desc,
+        compiled: opened.compiled.map(Arc::new),
         output,
         threads: args.settings().threads,
         color: args.color.color,
