@@ -27,7 +27,7 @@
 //! |---|---|
 //! | [`SceneDesc`](description::SceneDesc) | what the user wrote: names, numbers, paths |
 //! | [`Scene`](scene::Scene) | what rays meet: indices, boxes, trees |
-//! | [`Ray`](geometry::Ray) | origin, direction and the open interval (t_min, t_max); f64, world or object space |
+//! | [`Ray`](geometry::Ray) | origin, direction and the interval t_min < t <= t_max; f64, world or object space |
 //! | [`Hit`](geometry::Hit) | what traversal returns: distance and which primitive; small |
 //! | [`SurfaceInteraction`](geometry::SurfaceInteraction) | point, error bound, normals, uv of the winning hit; built once |
 //! | [`Aabb`](geometry::Aabb), [`Bvh`](bvh::Bvh) | axis-aligned box; hierarchy of them, its nodes and leaves |

@@ -333,7 +333,13 @@ fn what_cannot_be_asked_is_refused_with_code_2_before_anything_is_rendered() {
         (&["render", "room.toml", "-o", "picture.jpg"], ".png"),
         (&["render", "room.toml", "-o", "room.toml"], ".png"),
         (&["render", "room.toml", "--sise", "1x1"], "--size"),
+        (&["render", "room.toml", "-o", "-"], "standard output"),
         (&["render", "room.toml", "--size", "0x1"], "from 1"),
+        (&["render", "room.toml", "--size", "-1x5"], "from 1 to 32768"),
+        (&["render", "room.toml", "--max-depth", "-1"], "from 0 to 64"),
+        (&["render", "room.toml", "--threads", "2", "--threads", "3"], "--threads <N> is given twice"),
+        (&["room.toml", "-q", "-q"], "--quiet is given twice"),
+        (&["--threads", "2", "render", "room.toml"], "before all options"),
         (&["render", "room.toml", "--shading", "gouraud"], "whitted"),
         (&["room.toml", "room.toml"], "one scene"),
         (&["--threads"], "--threads"),
@@ -346,6 +352,68 @@ fn what_cannot_be_asked_is_refused_with_code_2_before_anything_is_rendered() {
     }
     assert_eq!(fs::read_to_string(place.file("room.toml")).unwrap(), SCENE);
     assert!(place.new_files().is_empty(), "{:?}", place.new_files());
+}
+
+#[test]
+fn what_shows_only_after_parsing_is_told_with_its_place_in_the_scene() {
+    let place = Place::new("after");
+    fs::write(place.file("broken.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+    fs::write(place.file("broken.png"), "no picture").unwrap();
+    fs::write(place.file("tinted.mtl"), "newmtl a\nmap_Kd broken.png\n").unwrap();
+    fs::write(place.file("tinted.obj"), format!("mtllib tinted.mtl\nusemtl a\n{MODEL}")).unwrap();
+    // A title that the parser leaves out of the count would shift all places.
+    let start = SCENE.lines().count();
+    for (entry, line, column, expected, marked) in [
+        (
+            "[[object]]\nshape = \"cuboid\"\nscale = [1e-12, 1, 1]\nsize = [1e-12, 1, 1e12]",
+            3,
+            9,
+            "the transform flattens it",
+            "scale = [1e-12, 1, 1]",
+        ),
+        ("[[object]]\nshape = \"mesh\"\nfile = \"broken.obj\"", 3, 8, "error: broken.obj:2: ", "needed here"),
+        ("[[object]]\nshape = \"mesh\"\nfile = \"tinted.obj\"", 3, 8, "error: broken.png: ", "\"tinted.obj\""),
+        (
+            "[[material]]\nname = \"wood\"\ntexture = { file = \"broken.png\" }",
+            3,
+            11,
+            "error: broken.png: ",
+            "needed here",
+        ),
+    ] {
+        for mark in ["", "\u{feff}"] {
+            fs::write(place.file("late.toml"), format!("{mark}{SCENE}{entry}\n")).unwrap();
+            for command in [&["check", "late.toml"][..], &["render", "late.toml", "-o", "a.png"]] {
+                let output = place.run(command);
+                let text = stderr(&output);
+                assert_eq!(output.status.code(), Some(2), "{text}");
+                let at = format!("late.toml:{}:{column}", start + line);
+                for part in [at.as_str(), expected, marked, "^^^"] {
+                    assert!(text.contains(part), "{part} is missing in\n{text}");
+                }
+            }
+        }
+    }
+    assert!(!place.file("a.png").exists());
+}
+
+#[test]
+fn a_model_without_its_ending_is_one_error() {
+    let place = Place::new("ending");
+    fs::write(place.file("pyramid"), format!("# made by hand\n\n{MODEL}")).unwrap();
+    let text = stderr(&place.run(&["check", "pyramid"]));
+    assert!(text.contains("looks like an OBJ model") && text.contains("pyramid.obj"), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
+    // A scene with a mistake is still a scene.
+    fs::write(place.file("short.toml"), "f = 3\n").unwrap();
+    assert!(stderr(&place.run(&["check", "short.toml"])).contains("short.toml:1:1"));
+}
+
+#[test]
+fn one_is_singular() {
+    let place = Place::new("one");
+    let text = stderr(&place.run(&["render", "room.toml", "--samples", "1", "--threads", "1"]));
+    assert!(text.contains("1 sample a pixel, 1 thread\n") && !text.contains("1 samples"), "{text}");
 }
 
 #[test]
@@ -398,15 +466,53 @@ mod unix {
         let place = Place::new("pipe");
         for arguments in ["check room.toml", "render room.toml --size 8x8 --json", "--help"] {
             let program = env!("CARGO_BIN_EXE_glimt");
-            let script = format!("(sleep 0.2; exec '{program}' {arguments}) 2>errors.txt | true");
+            let script = format!("(sleep 0.2; '{program}' {arguments} 2>errors.txt; echo $? >code.txt) | true");
             let status = Command::new("sh").args(["-c", &script]).current_dir(&place.0).status().unwrap();
             assert!(status.success());
             let errors = fs::read_to_string(place.file("errors.txt")).unwrap();
-            assert!(!errors.contains("panic") && !errors.contains("error"), "{errors}");
+            assert!(!errors.contains("panic"), "{errors}");
+            // A report that is lost is an error, text that nobody reads to its end is none.
+            assert_eq!(errors.contains("error: the picture is saved, but"), arguments.contains("--json"), "{errors}");
+            let code = fs::read_to_string(place.file("code.txt")).unwrap();
+            assert_eq!(code.trim(), if arguments.contains("--json") { "1" } else { "0" });
         }
         // Nor is a stderr that is closed.
         let script = format!("'{}' render room.toml --size 8x8 2>&-", env!("CARGO_BIN_EXE_glimt"));
         assert!(Command::new("sh").args(["-c", &script]).current_dir(&place.0).status().unwrap().success());
+    }
+
+    #[test]
+    fn pipes_are_refused_at_once() {
+        let place = Place::new("fifo");
+        assert!(Command::new("mkfifo").arg(place.file("pipe")).status().unwrap().success());
+        let fifo = place.run(&["render", "room.toml", "-o", "pipe"]);
+        let stdout_pipe = place.run(&["render", "room.toml", "-o", "/dev/stdout"]);
+        for output in [fifo, stdout_pipe] {
+            assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+            assert!(stderr(&output).contains("name a file such as picture.png"), "{}", stderr(&output));
+            assert!(stdout(&output).is_empty());
+        }
+    }
+
+    #[test]
+    fn a_link_to_a_missing_file_is_told_as_such() {
+        let place = Place::new("dangling");
+        std::os::unix::fs::symlink("gone.obj", place.file("knot.obj")).unwrap();
+        let scene = format!("{SCENE}[[object]]\nshape = \"mesh\"\nfile = \"knot.obj\"\n");
+        fs::write(place.file("link.toml"), scene).unwrap();
+        let text = stderr(&place.run(&["check", "link.toml"]));
+        assert!(text.contains("what it leads to does not exist") && !text.contains("did you mean"), "{text}");
+    }
+
+    #[test]
+    fn a_file_of_spheres_that_would_fill_memory_is_refused() {
+        let place = Place::new("spheres");
+        fs::File::create(place.file("many.csv")).unwrap().set_len((256 << 20) + 1).unwrap();
+        let scene = format!("{SCENE}[[object]]\nshape = \"spheres\"\nfile = \"many.csv\"\n");
+        fs::write(place.file("many.toml"), scene).unwrap();
+        let output = place.run(&["check", "many.toml"]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains("larger than 256 MiB"), "{}", stderr(&output));
     }
 
     #[test]

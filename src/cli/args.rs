@@ -48,16 +48,16 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "PNG")]
     pub output: Option<PathBuf>,
     /// Pixels across and down, instead of the scene's
-    #[arg(long, value_name = "WxH", value_parser = size)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<(u32, u32)>,
     /// Worker threads [default: all processors]
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<NonZeroUsize>,
     /// Samples a pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(limits::MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", value_parser = whole(1, limits::MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: Option<u32>,
     /// Reflections and refractions along a path
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(limits::MAX_DEPTH)))]
+    #[arg(long, value_name = "N", value_parser = whole(0, limits::MAX_DEPTH), allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
     /// Lighting model
     #[arg(long, value_name = "MODEL", value_parser = named(Shading::NAMES))]
@@ -69,7 +69,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
-    #[arg(long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size, value_parser = tile_size)]
+    #[arg(
+        long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size,
+        value_parser = tile_size, allow_negative_numbers = true
+    )]
     pub tile_size: u32,
     /// Print one JSON object about the render on stdout; no interface
     #[arg(long)]
@@ -116,15 +119,29 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or(form)?;
     let side = |text: &str| match text.trim().parse::<u32>() {
         Ok(side) if (1..=limits::MAX_SIDE).contains(&side) => Ok(side),
-        Ok(_) => Err(format!("width and height are from 1 to {}", limits::MAX_SIDE)),
-        Err(_) => Err(form.to_owned()),
+        Err(_) if !is_whole(text.trim()) => Err(form.to_owned()),
+        _ => Err(format!("width and height are from 1 to {}", limits::MAX_SIDE)),
     };
     Ok((side(width)?, side(height)?))
+}
+
+/// Whether this is a whole number, however large, perhaps with a sign.
+fn is_whole(text: &str) -> bool {
+    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
+    !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let in_range = |n: &NonZeroUsize| n.get() <= MAX_THREADS;
     text.parse().ok().filter(in_range).ok_or_else(|| format!("must be from 1 to {MAX_THREADS}"))
+}
+
+/// A whole number from `low` to `high`.
+fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
+    move |text: &str| {
+        let found = text.parse().ok().filter(|number| (low..=high).contains(number));
+        found.ok_or_else(|| format!("must be from {low} to {high}"))
+    }
 }
 
 fn tile_size(text: &str) -> Result<u32, &'static str> {
@@ -188,11 +205,17 @@ mod tests {
             ("--size 640", "1280x720"),
             ("--size 0x480", "from 1 to 32768"),
             ("--size 99999x1", "from 1 to 32768"),
-            ("--size=-3x4", "1280x720"),
+            ("--size=-3x4", "from 1 to 32768"),
+            ("--size -1x5", "from 1 to 32768"),
+            ("--size 5x99999999999999999999", "from 1 to 32768"),
+            ("--size 5x-", "1280x720"),
+            ("--threads -1", "from 1 to 1024"),
+            ("--samples -1", "from 1 to 1048576"),
+            ("--max-depth -1", "from 0 to 64"),
             ("--threads 0", "from 1 to 1024"),
             ("--threads 99999999999999999999", "from 1 to 1024"),
-            ("--samples 0", "1..="),
-            ("--max-depth 65", "0..=64"),
+            ("--samples 0", "from 1 to 1048576"),
+            ("--max-depth 65", "from 0 to 64"),
             ("--tile-size 12", "multiple of 8"),
             ("--shading gouraud", "lambert, phong, whitted"),
             ("--shadows soft", "opaque, filtered"),

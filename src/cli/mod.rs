@@ -13,7 +13,7 @@ use crate::tui;
 use args::{CheckArgs, Cli, Command, RenderArgs};
 use check::Inventory;
 use clap::Parser;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ErrorKind};
 use failure::Failure;
 use open::Opened;
 use std::ffi::OsString;
@@ -49,8 +49,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 /// Help and version on stdout, mistakes in the arguments on stderr.
 fn answer(from_clap: &clap::Error) -> ExitCode {
     let text = match from_clap.kind() {
-        // Two words that are no command: clap takes the second for one.
-        ErrorKind::ArgumentConflict => "error: there can be one scene; the commands are render and check".to_owned(),
+        ErrorKind::ArgumentConflict => match from_clap.get(ContextKind::InvalidArg) {
+            Some(twice) => format!("error: {twice} is given twice; give it once"),
+            // Clap takes the second of two scenes for a command.
+            None => {
+                "error: there can be one scene, and a command (render or check) stands before all options".to_owned()
+            }
+        },
         _ => from_clap.render().to_string(),
     };
     let safe: Vec<_> = text.trim_end().lines().map(printable).collect();
@@ -76,14 +81,14 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     let (opened, output) = open(args)?;
     let options = tui::Options {
         scene_name: opened.name().to_string_lossy().into_owned(),
-        desc: opened.desc,
-        compiled: opened.compiled.map(Arc::new),
+        desc: opened.desc.clone(),
+        compiled: opened.compiled.clone().map(Arc::new),
         output,
         threads: args.settings().threads,
         color: args.color.color,
     };
     let outcome = tui::run(options).map_err(|error| match error {
-        tui::Error::Compile(error) => Failure::asked(error),
+        tui::Error::Compile(error) => opened.locate(error),
         other => Failure::could_not(other),
     })?;
     if !outcome.line.is_empty() {
@@ -119,12 +124,15 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     let report = Report::new(&scene, &rendered, settings, &opened.file, &output, seconds);
     if !args.quiet {
         if report.non_finite > 0 {
-            say(format_args!("warning: {} samples were not finite and are left out", report.non_finite));
+            let samples = if report.non_finite == 1 { "sample was" } else { "samples were" };
+            say(format_args!("warning: {} {samples} not finite and left out", report.non_finite));
         }
         say(&report);
     }
     if args.json {
-        print(serde_json::to_string(&report).map_err(Failure::could_not)?)?;
+        let json = serde_json::to_string(&report).map_err(Failure::could_not)?;
+        write_out(json)
+            .map_err(|error| Failure::CouldNot(format!("the picture is saved, but not its report: {error}")))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -144,6 +152,10 @@ fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
     let mut opened = Opened::new(args.scene.as_deref(), film)?;
     args.override_scene(&mut opened.desc);
     let output = args.output.clone().unwrap_or_else(|| opened.default_output());
+    if output.as_os_str() == "-" {
+        let advice = "name a file such as picture.png";
+        return Err(Failure::Asked(format!("pictures are not written to standard output; {advice}")));
+    }
     if output.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("png")) {
         let name = output.to_string_lossy().into_owned();
         return Err(Failure::Asked(format!("cannot write {name}: glimt writes PNG; end the name with .png")));
@@ -184,11 +196,16 @@ fn say(line: impl Display) {
 
 /// Lines on stdout. A reader that went away, as `head` does, has read enough.
 fn print(text: impl Display) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+    match write_out(text) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::CouldNot(format!("cannot write to standard output: {error}")))
         }
         _ => Ok(()),
     }
+}
+
+/// Lines on stdout.
+fn write_out(text: impl Display) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    writeln!(stdout, "{text}").and_then(|()| stdout.flush())
 }

@@ -2,8 +2,8 @@
 
 use super::Failure;
 use super::model_scene::scene_of_model;
-use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, printable};
-use crate::scene::{Scene, compile};
+use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
+use crate::scene::{CompileError, Scene, compile};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 /// A scene as the command line names it.
 pub struct Opened {
     pub desc: SceneDesc,
+    /// The text that says so; `None` for a model.
+    text: Option<String>,
     /// The file, or [`DEMO`].
     pub file: PathBuf,
     /// What of it is compiled already.
@@ -33,20 +35,43 @@ impl Opened {
         let begun = Instant::now();
         let file = file.unwrap_or(Path::new(DEMO));
         let is_model = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
-        let (desc, compiled) = if is_model {
+        let (desc, text, compiled) = if is_model {
             let (desc, model) = scene_of_model(file, film.unwrap_or_default()).map_err(Failure::asked)?;
-            (desc, Some(model))
+            (desc, None, Some(model))
         } else {
-            (parse(&read(file)?, file).map_err(Failure::Scene)?, None)
+            let text = read(file)?;
+            let desc = parse(&text, file).map_err(|mistakes| match looks_like_obj(&text) {
+                true => Failure::Asked(format!(
+                    "cannot read {0}: it looks like an OBJ model; models are known by .obj at the end of the name, so \
+                     rename it to {0}.obj",
+                    file.display()
+                )),
+                false => Failure::Scene(mistakes),
+            })?;
+            (desc, Some(text), None)
         };
         let build_time = compiled.as_ref().map_or(Duration::ZERO, |model| model.summary.build_time);
         let load_time = begun.elapsed().saturating_sub(build_time);
-        Ok(Self { desc, file: file.to_path_buf(), compiled, load_time, build_time })
+        Ok(Self { desc, text, file: file.to_path_buf(), compiled, load_time, build_time })
     }
 
     /// The scene that rays meet.
     pub fn compile(&self) -> Result<Scene, Failure> {
-        compile(&self.desc, self.compiled.as_ref()).map_err(Failure::asked)
+        compile(&self.desc, self.compiled.as_ref()).map_err(|error| self.locate(error))
+    }
+
+    /// Shows where in the scene file it stands what cannot be compiled.
+    pub fn locate(&self, error: CompileError) -> Failure {
+        let (entry, keys) = error.place();
+        let (message, label) = match &error {
+            CompileError::Asset { error, .. } => (error.to_string(), "needed here"),
+            _ => (error.to_string(), "here"),
+        };
+        let text = self.text.as_deref();
+        match text.and_then(|text| point_out(text, &self.file, entry, keys, &message, label)) {
+            Some(mistake) => Failure::Scene(vec![mistake]),
+            None => Failure::asked(error),
+        }
     }
 
     /// The file's name without its ending.
@@ -60,6 +85,17 @@ impl Opened {
         name.push(".png");
         name.into()
     }
+}
+
+/// Whether the first lines that are no comments are those of an OBJ file.
+fn looks_like_obj(text: &str) -> bool {
+    const KEYWORDS: [&str; 9] = ["v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"];
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#')).take(3);
+    let is_obj = |line: &str| {
+        let mut words = line.split_whitespace();
+        words.next().is_some_and(|word| KEYWORDS.contains(&word)) && words.next().is_some_and(|w| !w.starts_with('='))
+    };
+    lines.next().is_some_and(is_obj) && lines.all(is_obj)
 }
 
 fn read(file: &Path) -> Result<String, Failure> {

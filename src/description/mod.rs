@@ -12,7 +12,7 @@ mod parse;
 pub use builtin::{DEMO, builtin};
 pub use diagnostic::Diagnostic;
 pub use escape::printable;
-pub use parse::{parse, parse_color};
+pub use parse::{Entry, parse, parse_color, point_out};
 
 use crate::math::Rgb;
 use glam::{DVec2, DVec3};

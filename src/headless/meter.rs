@@ -39,9 +39,12 @@ impl Meter {
             }
             _ => {
                 let (width, height, samples) = (scene.width, scene.height, scene.render.samples);
+                let plural = |number: usize| if number == 1 { "" } else { "s" };
+                let threads = settings.threads.get();
                 tell(format_args!(
-                    "rendering {width}x{height}, {samples} samples a pixel, {} threads",
-                    settings.threads
+                    "rendering {width}x{height}, {samples} sample{} a pixel, {threads} thread{}",
+                    plural(samples as usize),
+                    plural(threads)
                 ));
                 Self::Lines { tenth: 0, last: now }
             }

@@ -258,7 +258,7 @@ mod tests {
         let dir = Scratch::new("devices");
         let socket = dir.0.join("socket");
         let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
-        for file in [&socket, Path::new("/dev/zero")] {
+        for file in [&socket, Path::new("/dev/zero"), Path::new("/dev/tty")] {
             for attempt in [check_target, |f: &Path| write_whole(f, b"x")] {
                 let message = attempt(file).unwrap_err().to_string();
                 assert!(message.contains("name a file such as picture.png"), "{message}");

@@ -28,6 +28,8 @@ pub struct Progress {
     pub first_picture: Option<Duration>,
     /// Whether every sample is done.
     pub finished: bool,
+    /// Whether there will be no more events.
+    ended: bool,
     passes: Vec<Pass>,
     samples_per_pixel: u64,
     /// Pixels of the film that the first pass has not covered yet.
@@ -69,6 +71,7 @@ impl Progress {
             passes_total: passes.len(),
             first_picture: None,
             finished: false,
+            ended: false,
             passes,
             samples_per_pixel: u64::from(samples),
             uncovered: pixels,
@@ -111,6 +114,7 @@ impl Progress {
             }
             RenderEvent::Finished | RenderEvent::Failed(_) => {
                 self.finished = matches!(event, RenderEvent::Finished);
+                self.ended = true;
                 self.clock.stop(now);
                 for worker in &mut self.workers {
                     worker.current = None;
@@ -127,7 +131,7 @@ impl Progress {
     /// Tells the clock about a pause beginning (`true`) or ending.
     pub fn set_paused(&mut self, paused: bool, now: Instant) {
         match paused {
-            _ if self.finished => {}
+            _ if self.ended => {}
             true => self.clock.stop(now),
             false => self.clock.go_on(now),
         }
@@ -149,7 +153,12 @@ impl Progress {
     }
 
     fn reach(&mut self, pass: Pass) {
-        let number = self.passes.iter().position(|p| *p == pass).map_or(0, |index| index + 1);
+        // There are many passes where there are many samples, and many tiles in each.
+        let order = |pass: &Pass| match *pass {
+            Pass::Lattice { step } => (0, u32::MAX - step),
+            Pass::Refine { from, .. } => (1, from),
+        };
+        let number = self.passes.binary_search_by_key(&order(&pass), order).map_or(0, |index| index + 1);
         if number > self.pass_number {
             self.pass_number = number;
             self.pass = Some(pass);
@@ -280,6 +289,23 @@ mod tests {
     }
 
     #[test]
+    fn every_pass_is_reached_in_its_turn_and_a_late_one_does_not_go_back() {
+        let rect = Rect { x: 0, y: 0, width: 8, height: 8 };
+        for samples in [1, 2, 37, 5000] {
+            let mut progress = Progress::of_film(8, 8, samples, 1, Instant::now());
+            let passes = Pass::sequence(samples);
+            for (index, pass) in passes.iter().enumerate() {
+                for late in [0, 1, 3] {
+                    let pass = passes[index.saturating_sub(late)];
+                    progress.update(&RenderEvent::TileStarted { worker: 0, rect, pass }, Instant::now());
+                    assert_eq!((progress.pass_number, progress.pass), (index + 1, Some(passes[index])));
+                }
+                assert_eq!(progress.pass, Some(*pass));
+            }
+        }
+    }
+
+    #[test]
     fn percentages_are_rounded_down() {
         let mut progress = Progress::of_film(10, 10, 10, 1, Instant::now());
         for (done, percent) in [(0, 0), (9, 0), (10, 1), (998, 99), (1000, 99)] {
@@ -321,6 +347,8 @@ mod tests {
 
         let mut failed = Progress::of_film(8, 8, 1, 1, begun);
         failed.update(&RenderEvent::Failed(RenderError { worker: 0, message: String::new() }), at(3));
+        failed.set_paused(true, at(4));
+        failed.set_paused(false, at(6));
         assert_eq!((failed.elapsed(at(9)), failed.finished, failed.percent()), (Duration::from_secs(3), false, 0));
     }
 

@@ -8,7 +8,9 @@ use super::{
 };
 use crate::assets::{AssetError, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
-use crate::description::{MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable};
+use crate::description::{
+    Entry, MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable,
+};
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
@@ -25,23 +27,51 @@ pub enum CompileError {
     Camera,
     /// The transform of an object flattens it to nothing, or nearly.
     Singular {
-        /// Which object, for people.
-        object: String,
+        /// Which object.
+        object: Part,
     },
     /// An object refers to a material that does not exist.
     UnknownMaterial {
-        /// Which object, for people.
-        object: String,
+        /// Which object.
+        object: Part,
         /// The name it gives.
         material: String,
     },
     /// A model or picture cannot be used.
     Asset {
-        /// What needs it, for people.
-        user: String,
+        /// What needs it.
+        user: Part,
         /// The file's own error.
         error: AssetError,
     },
+}
+
+/// A part of the scene that cannot be compiled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Its entry in the description.
+    pub entry: Entry,
+    /// Its name, for people: `object "ball"`.
+    pub label: String,
+}
+
+impl CompileError {
+    /// The entry of the description that cannot be compiled, and the keys of it that may be the reason, the likeliest
+    /// first.
+    pub fn place(&self) -> (Entry, &'static [&'static str]) {
+        match self {
+            Self::Camera => (Entry::Camera, &["look_at", "position", "up"]),
+            Self::Singular { object } => (object.entry, &["scale", "size", "radius", "height", "data", "file"]),
+            Self::UnknownMaterial { object, .. } => (object.entry, &["material"]),
+            Self::Asset { user, .. } => (user.entry, &["file", "texture"]),
+        }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&printable(&self.label))
+    }
 }
 
 impl fmt::Display for CompileError {
@@ -52,13 +82,13 @@ impl fmt::Display for CompileError {
             ),
             Self::Singular { object } => write!(
                 f,
-                "{}: the transform flattens it to nothing; give scale and size values that differ less and are not 0",
-                printable(object)
+                "{object}: the transform flattens it to nothing; give scale and size values that differ less and \
+                 are not 0",
             ),
             Self::UnknownMaterial { object, material } => {
-                write!(f, "{}: there is no material named \"{}\"", printable(object), printable(material))
+                write!(f, "{object}: there is no material named \"{}\"", printable(material))
             }
-            Self::Asset { user, error } => write!(f, "{error} (needed by {})", printable(user)),
+            Self::Asset { user, error } => write!(f, "{error} (needed by {user})"),
         }
     }
 }
@@ -123,7 +153,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
             Some(mesh) => mesh.clone(),
             None => {
                 let model = load_obj(file, *crease, threads())
-                    .map_err(|error| CompileError::Asset { user: label("object", index, &object.name), error })?;
+                    .map_err(|error| CompileError::Asset { user: part(index, &object.name), error })?;
                 let start = Instant::now();
                 let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
                 build_time += start.elapsed();
@@ -132,9 +162,17 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
         };
         assets.meshes.insert(key, mesh);
     }
-    let described = desc.materials.iter().map(|m| (m, format!("material \"{}\"", m.name)));
+    let described = desc.materials.iter().enumerate().map(|(index, m)| {
+        let label = format!("material \"{}\"", m.name);
+        (m, Part { entry: Entry::Material(index), label })
+    });
     let of_meshes = assets.meshes.iter().flat_map(|((file, _), mesh)| {
-        mesh.materials.iter().map(|m| (m, format!("material \"{}\" of {}", m.name, file.display())))
+        let uses = |o: &ObjectDesc| matches!(&o.shape, ShapeDesc::Mesh { file: used, .. } if used == file);
+        let entry = Entry::Object(desc.objects.iter().position(uses).unwrap_or_default());
+        mesh.materials.iter().map(move |m| {
+            let label = format!("material \"{}\" of {}", m.name, file.display());
+            (m, Part { entry, label })
+        })
     });
     let (mut seen, mut missing) = (HashSet::new(), Vec::new());
     for (material, user) in described.chain(of_meshes) {
@@ -167,7 +205,7 @@ fn compile_materials(desc: &SceneDesc, assets: &Assets) -> Result<(Vec<Material>
             (Some(name), _) => match names.get(name.as_str()) {
                 Some(&at) => ObjectMaterial::One(at),
                 None => {
-                    let object = label("object", index, &object.name);
+                    let object = part(index, &object.name);
                     return Err(CompileError::UnknownMaterial { object, material: name.clone() });
                 }
             },
@@ -204,7 +242,7 @@ impl Geometry {
         let mut objects = Vec::with_capacity(sources.len());
         for (index, source) in sources.iter().enumerate() {
             place(source, index, &loaded.assets, &mut objects)
-                .ok_or_else(|| CompileError::Singular { object: label("object", index, &source.name) })?;
+                .ok_or_else(|| CompileError::Singular { object: part(index, &source.name) })?;
         }
         let (mut boxes, mut of_box, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         for (index, object) in (0u32..).zip(&objects) {
@@ -270,9 +308,10 @@ fn same_places(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.shape == b.shape && place(a) == place(b))
 }
 
-/// `object "ball"` or `object 3`, for messages.
-fn label(kind: &str, index: usize, name: &str) -> String {
-    if name.is_empty() { format!("{kind} {}", index + 1) } else { format!("{kind} \"{name}\"") }
+/// The object with this index: `object "ball"` or `object 3`.
+fn part(index: usize, name: &str) -> Part {
+    let label = if name.is_empty() { format!("object {}", index + 1) } else { format!("object \"{name}\"") };
+    Part { entry: Entry::Object(index), label }
 }
 
 impl Scene {

@@ -71,6 +71,9 @@ fn unreadable<'a>(report: &mut Report<'a>, span: Span, written: &'a str, path: P
 
 /// What to do about a file that does not exist.
 fn advice(written: &str, path: &Path) -> String {
+    if path.is_symlink() {
+        return "it is a link, and what it leads to does not exist".to_owned();
+    }
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = fs::read_dir(parent) else {
         let parent = Path::new(written).parent().unwrap_or(Path::new(written));

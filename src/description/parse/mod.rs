@@ -4,6 +4,7 @@
 //! mistake on the [`Report`] instead of stopping at it.
 
 mod color;
+mod entry;
 mod file;
 mod interval;
 mod material;
@@ -20,6 +21,7 @@ mod value;
 mod tests;
 
 pub use color::parse_color;
+pub use entry::{Entry, point_out};
 
 use super::{Diagnostic, SceneDesc};
 use file::Files;
@@ -40,8 +42,7 @@ type Toml<'a> = toml::Spanned<DeValue<'a>>;
 /// All mistakes are reported, in the order of the text; of very many the first ones, and one that counts the rest.
 /// Where the text is not TOML, mistakes that may be mere consequences of that are left out.
 pub fn parse(text: &str, file: &Path) -> Result<SceneDesc, Vec<Diagnostic>> {
-    // Some editors begin files with a byte order mark.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let text = without_mark(text);
     let (root, errors) = DeTable::parse_recoverable(text);
     let root = root.into_inner();
     // Mistakes quote the names of materials, so these live longer than the report.
@@ -64,6 +65,11 @@ pub fn parse(text: &str, file: &Path) -> Result<SceneDesc, Vec<Diagnostic>> {
     let mistakes = report.into_diagnostics();
     scene.materials = materials;
     if mistakes.is_empty() { Ok(scene) } else { Err(mistakes) }
+}
+
+/// Some editors begin files with a byte order mark.
+fn without_mark(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
 const FILM: &str = "[film]";

@@ -11,6 +11,8 @@ use super::value::Value;
 use crate::description::{Diagnostic, MaterialDesc, ObjectDesc, ShapeDesc, limits};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -26,6 +28,9 @@ static SHAPES: [Kind; 8] = [
     Kind { name: "spheres", noun: "a group of spheres", keys: &["data", "file"] },
 ];
 const DEGREES: Interval = Interval::closed(-limits::MAX_ANGLE, limits::MAX_ANGLE);
+
+/// Largest file of spheres, bytes; more of them would fill memory.
+const MAX_SPHERES: u64 = 256 << 20;
 
 /// Reads the objects of a scene, one after the other.
 pub(super) struct ObjectReader<'a> {
@@ -158,7 +163,15 @@ impl<'a> ObjectReader<'a> {
 
 fn read_spheres(path: &Path) -> Result<Arc<[[f64; 4]]>, Vec<Diagnostic>> {
     let whole = |message: &str| vec![Diagnostic::new(path, "", 0..0, message, "")];
-    let bytes = std::fs::read(path).map_err(|error| whole(&format!("cannot be read: {error}")))?;
+    let read = || {
+        let mut bytes = Vec::new();
+        File::open(path)?.take(MAX_SPHERES + 1).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let bytes = read().map_err(|error: io::Error| whole(&format!("cannot be read: {error}")))?;
+    if bytes.len() as u64 > MAX_SPHERES {
+        return Err(whole(&format!("is larger than {} MiB", MAX_SPHERES >> 20)));
+    }
     match std::str::from_utf8(&bytes) {
         Ok(text) => spheres::from_text(text, path),
         Err(error) => {
