@@ -4,8 +4,10 @@ use super::camera;
 use super::color::ColorMode;
 use super::command::{Command, command_for, key_of};
 use super::event::{Effect, Event, Exit};
+use super::format::samples;
 use super::key::Key;
 use super::layout::{self, Layout};
+use super::numbers::Numbers;
 use super::preview::Preview;
 use crate::description::{Projection, SceneDesc, Shading, limits, printable};
 use crate::render::{Film, Progress, RenderEvent};
@@ -68,8 +70,8 @@ pub struct App {
     /// What the first compile may share.
     lent: Option<Arc<Scene>>,
     progress: Option<Progress>,
-    /// The numbers on the screen and their time: renewed only so often that they can be read.
-    shown: Option<(Progress, Instant)>,
+    /// The numbers on the screen: renewed only so often that they can be read.
+    numbers: Option<Numbers>,
     activity: Activity,
     message: Option<Message>,
     help: bool,
@@ -89,8 +91,6 @@ pub struct App {
     exit: Option<Exit>,
 }
 
-/// How often numbers on the screen change.
-const NUMBERS_PERIOD: Duration = Duration::from_millis(125);
 /// Leaving does not wait longer than this for saves: a pipe that nobody reads or a disk that is gone takes for ever.
 const SAVE_PATIENCE: Duration = Duration::from_secs(2);
 /// Steps of one key press.
@@ -126,7 +126,7 @@ impl App {
             scene: None,
             lent: None,
             progress: None,
-            shown: None,
+            numbers: None,
             activity: Activity::Compiling,
             message: None,
             help: false,
@@ -237,16 +237,12 @@ impl App {
     /// Brings preview and numbers up to date for a frame at `now`.
     pub fn refresh(&mut self, now: Instant) {
         self.preview.refresh(&self.film);
-        let old = self.shown.as_ref().is_none_or(|(_, at)| now.saturating_duration_since(*at) >= NUMBERS_PERIOD);
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
-        if old || ended {
-            let before = self.shown.take();
-            self.shown = self.progress.clone().map(|progress| (progress, now));
-            // Between two tiles a worker is shown at the one it has just left: that is a matter of microseconds.
-            if let (Some((progress, _)), Some((before, _)), false) = (&mut self.shown, before, ended) {
-                for (worker, before) in progress.workers.iter_mut().zip(before.workers) {
-                    worker.current = worker.current.or(before.current);
-                }
+        if ended || self.numbers.as_ref().is_none_or(|numbers| numbers.are_old(now)) {
+            let before = self.numbers.take();
+            self.numbers = self.progress.as_ref().map(|progress| Numbers::new(progress, now));
+            if let (Some(numbers), Some(before), false) = (&mut self.numbers, before, ended) {
+                numbers.keep_tiles(&before);
             }
         }
     }
@@ -304,7 +300,7 @@ impl App {
                     *samples = if doublings > 0 { samples.saturating_mul(2) } else { *samples / 2 };
                     *samples = (*samples).clamp(1, limits::MAX_SAMPLES);
                 });
-                self.tell(Tone::Plain, format!("{} samples a pixel", self.desc.render.samples));
+                self.tell(Tone::Plain, format!("{} a pixel", samples(self.desc.render.samples)));
             }
             Command::Depth(more) => {
                 self.edit(|desc| {
@@ -321,7 +317,7 @@ impl App {
                         Shading::Whitted => Shading::Lambert,
                     }
                 });
-                self.tell(Tone::Plain, format!("lighting model {}", shading_text(self.desc.render.shading)));
+                self.tell(Tone::Plain, format!("lighting model {}", self.desc.render.shading.name()));
             }
             Command::Zoom(steps) => self.preview.zoom_by(2f64.powf(f64::from(steps) / 2.0)),
             Command::Fit => self.preview.fit(),
@@ -401,7 +397,7 @@ impl App {
                 }
                 // The old picture stays until tiles of the new one replace it.
                 self.progress = Some(Progress::new(&scene, self.threads, now));
-                self.shown = None;
+                self.numbers = None;
                 self.scene = Some(scene.clone());
                 let mut effects = vec![Effect::Start(scene)];
                 match self.activity {
@@ -529,9 +525,9 @@ impl App {
         &self.film
     }
 
-    /// The numbers to show and the time they are of.
-    pub fn shown(&self) -> Option<(&Progress, Instant)> {
-        self.shown.as_ref().map(|(progress, at)| (progress, *at))
+    /// The numbers to show.
+    pub fn numbers(&self) -> Option<&Numbers> {
+        self.numbers.as_ref()
     }
 
     /// What is going on.
@@ -587,15 +583,6 @@ impl App {
     /// Whole percent of the running or finished render.
     pub fn percent(&self) -> u32 {
         self.progress.as_ref().map_or(0, Progress::percent)
-    }
-}
-
-/// The word of the scene language for a lighting model.
-pub fn shading_text(shading: Shading) -> &'static str {
-    match shading {
-        Shading::Lambert => "lambert",
-        Shading::Phong => "phong",
-        Shading::Whitted => "whitted",
     }
 }
 

@@ -45,6 +45,11 @@ pub fn rough_time(t: Duration) -> String {
     }
 }
 
+/// So many samples.
+pub fn samples(count: u32) -> String {
+    if count == 1 { "1 sample".into() } else { format!("{count} samples") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +70,11 @@ mod tests {
             assert_eq!(si(value), text, "{value}");
         }
         assert_eq!(si(f64::NAN).len(), 6);
+    }
+
+    #[test]
+    fn one_sample_is_not_samples() {
+        assert_eq!([samples(1), samples(2)], ["1 sample", "2 samples"]);
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod format;
 pub mod key;
 pub mod layout;
 mod listen;
+pub mod numbers;
 mod pacer;
 mod panel;
 pub mod preview;
