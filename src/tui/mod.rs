@@ -14,6 +14,7 @@ pub mod app;
 pub mod camera;
 pub mod color;
 pub mod command;
+mod edit;
 mod encode;
 pub mod event;
 mod format;

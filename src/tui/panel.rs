@@ -1,8 +1,8 @@
 //! The numbers: progress, rays, threads, camera.
 
-use super::app::{Activity, App, view_text};
+use super::app::{Activity, App};
 use super::color::{ColorMode, Role};
-use super::format::{rough_time, samples, si, time};
+use super::format::{rough_time, samples, si, time, view};
 pub use super::layout::Panel;
 use super::layout::THREAD_WIDTH;
 use super::numbers::Numbers;
@@ -90,7 +90,7 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         lines.push(Line::default());
     }
     let camera = app.desc().camera;
-    lines.push(heading(mode, "Camera", view_text(camera.projection), width));
+    lines.push(heading(mode, "Camera", view(camera.projection), width));
     lines.push(row("position", vector_text(camera.position)));
     lines.push(row("looks at", vector_text(camera.look_at)));
     lines.push(row("distance", format!("{:>9.3}", camera.position.distance(camera.look_at))));
@@ -109,7 +109,7 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
         render.shading.name(),
         samples(render.samples),
         render.max_depth,
-        view_text(app.desc().camera.projection),
+        view(app.desc().camera.projection),
     );
     let title = vec![
         Span::styled("── ", mode.style(Role::Dim)),
