@@ -257,6 +257,36 @@ fn a_model_is_rendered_with_a_camera_lights_and_a_floor() {
 }
 
 #[test]
+fn what_a_model_names_and_does_not_get_is_a_warning_everywhere() {
+    let place = Place::new("missing");
+    fs::write(place.file("lost.obj"), format!("mtllib gone.mtl\n{MODEL}")).unwrap();
+    fs::write(place.file("half.mtl"), "newmtl a\nKd 1 0 0\nmap_Kd gone.png\nNs many\n").unwrap();
+    fs::write(place.file("half.obj"), format!("mtllib half.mtl\nusemtl a\n{MODEL}")).unwrap();
+    let scene = format!("{SCENE}[[object]]\nshape = \"mesh\"\nfile = \"lost.obj\"\n");
+    fs::write(place.file("lost.toml"), scene).unwrap();
+    for (scene, expected) in [
+        ("lost.obj", &["lost.obj: material library not found: gone.mtl"][..]),
+        ("lost.toml", &["lost.obj: material library not found: gone.mtl"]),
+        ("half.obj", &["half.obj: 1 texture not found: gone.png", "half.obj: 1 line of material libraries ignored"]),
+    ] {
+        let checked = stdout(&place.run(&["check", scene]));
+        let report = place.json(&["render", scene, "--size", "8x6", "--samples", "1", "-o", "a.png", "--quiet"]);
+        let rendered = stderr(&place.run(&["render", scene, "--size", "8x6", "--samples", "1", "-o", "a.png"]));
+        assert!(!checked.contains("nothing wrong") && checked.contains("can be rendered, with "), "{checked}");
+        for warning in expected {
+            for told in [&checked, &rendered, &report["warnings"].to_string().replace('"', "\nwarning: ")] {
+                assert!(told.contains(&format!("warning: {warning}")), "{warning} is missing in\n{told}");
+            }
+        }
+    }
+    let quiet = place.run(&["render", "lost.obj", "--size", "8x6", "-o", "a.png", "--quiet"]);
+    assert!(quiet.stderr.is_empty(), "{}", stderr(&quiet));
+    // What was computed is no warning.
+    fs::write(place.file("plain.obj"), MODEL).unwrap();
+    assert!(stdout(&place.run(&["check", "plain.obj"])).contains("nothing wrong"));
+}
+
+#[test]
 fn check_lists_what_a_scene_has_and_writes_nothing() {
     let place = Place::new("check");
     let output = place.run(&["check", "room.toml"]);

@@ -57,10 +57,11 @@ fn build(file: &Path, crease: f64, mut outline: Outline, meshes: Vec<tobj::Mesh>
         triangles: made.triangles.len(),
         dropped_degenerate: made.dropped_degenerate,
         dropped_duplicates: made.dropped_duplicates,
+        normals: None,
         notes: Vec::new(),
     };
     if made.computed_normals {
-        report.notes.push(how_computed(&polygons, crease));
+        report.normals = Some(how_computed(&polygons, crease));
     }
     let mut model = Model { centre, ..Model::default() };
     assign_materials(file, &outline, &polygons, &made, &mut model, &mut report.notes);

@@ -12,7 +12,9 @@ pub struct ImportReport {
     pub dropped_degenerate: usize,
     /// Triangles dropped because another has the same corners in the same sense.
     pub dropped_duplicates: usize,
-    /// One sentence each: what was computed, ignored or not found.
+    /// How normals were computed that the file lacks.
+    pub normals: Option<String>,
+    /// One sentence each: what was ignored or not found.
     pub notes: Vec<String>,
 }
 
@@ -26,7 +28,7 @@ impl fmt::Display for ImportReport {
         if self.dropped_duplicates > 0 {
             write!(f, "; {} dropped (duplicates)", grouped(self.dropped_duplicates))?;
         }
-        self.notes.iter().try_for_each(|note| write!(f, "; {}", printable(note)))
+        self.normals.iter().chain(&self.notes).try_for_each(|note| write!(f, "; {}", printable(note)))
     }
 }
 
@@ -74,7 +76,8 @@ mod tests {
             triangles: 69_451,
             dropped_degenerate: 12,
             dropped_duplicates: 0,
-            notes: vec!["normals computed (crease 30 degrees)".into(), "2 textures not found: a.png, \x1bb.png".into()],
+            normals: Some("normals computed (crease 30 degrees)".into()),
+            notes: vec!["2 textures not found: a.png, \x1bb.png".into()],
         };
         let expected = "69,451 triangles; 12 dropped (zero area); normals computed (crease 30 degrees); \
                         2 textures not found: a.png, \u{fffd}b.png";

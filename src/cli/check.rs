@@ -34,8 +34,11 @@ impl fmt::Display for Inventory<'_> {
             if report.dropped_degenerate > 0 {
                 write!(f, "; {} dropped (no area)", thousands(report.dropped_degenerate))?;
             }
-            for note in &report.notes {
-                write!(f, "; {}", printable(note))?;
+            if report.dropped_duplicates > 0 {
+                write!(f, "; {} dropped (duplicates)", thousands(report.dropped_duplicates))?;
+            }
+            if let Some(normals) = &report.normals {
+                write!(f, "; {}", printable(normals))?;
             }
             writeln!(f)?;
         }

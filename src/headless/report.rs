@@ -54,7 +54,7 @@ pub struct Report {
     pub contents: Contents,
     /// What importing each model found.
     pub imports: Vec<Import>,
-    /// Things that are probably not meant.
+    /// Things that are probably not meant, and what models name that is missing or ignored.
     pub warnings: Vec<String>,
 }
 
@@ -148,7 +148,7 @@ impl Report {
             file: file.to_string_lossy().into_owned(),
             triangles: report.triangles,
             dropped_degenerate: report.dropped_degenerate,
-            notes: report.notes.clone(),
+            notes: report.normals.iter().chain(&report.notes).cloned().collect(),
         });
         let workers = progress.workers.iter().map(|worker| Worker {
             busy_seconds: worker.busy.as_secs_f64(),

@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all.
 
 use crate::description::printable;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
@@ -33,30 +33,61 @@ pub(super) fn write_whole(file: &Path, bytes: &[u8]) -> io::Result<()> {
 enum Target {
     /// A regular file, or nothing yet. Links are followed, so that the file behind one is replaced, not the link.
     File(PathBuf),
-    /// Something like `/dev/null` or a pipe, which must not be replaced by a file.
+    /// `/dev/null`, which must not be replaced by a file.
     Device,
 }
+
+const ADD_A_NAME: &str = "add a file name such as picture.png";
 
 impl Target {
     fn of(file: &Path) -> io::Result<Self> {
         let refuse = |kind, why: &str| Err(io::Error::new(kind, format!("cannot write {}: {why}", shown(file))));
-        if file.file_name().is_none() {
-            return refuse(ErrorKind::InvalidInput, "this names no file; add a file name such as picture.png");
+        if file.file_name().is_none() || file.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            return refuse(ErrorKind::InvalidInput, &format!("this names no file; {ADD_A_NAME}"));
         }
         match fs::metadata(file) {
             Ok(found) if found.is_dir() => {
-                refuse(ErrorKind::IsADirectory, "this is a directory; add a file name such as picture.png")
+                refuse(ErrorKind::IsADirectory, &format!("this is a directory; {ADD_A_NAME}"))
             }
             Ok(found) if found.is_file() => Ok(Self::File(fs::canonicalize(file).map_err(|e| explain(file, &e))?)),
-            Ok(_) => Ok(Self::Device),
-            Err(e) if e.kind() == ErrorKind::NotFound && !directory_of(file).is_dir() => {
-                let directory = shown(directory_of(file));
-                refuse(ErrorKind::NotFound, &format!("there is no directory {directory}; make it first"))
+            Ok(found) if is_null(&found) => Ok(Self::Device),
+            // A pipe could keep us waiting for ever, a terminal would show the bytes, a disk would be overwritten.
+            Ok(_) => {
+                let what = "this is a pipe, a terminal or another device";
+                refuse(ErrorKind::InvalidInput, &format!("{what}; name a file such as picture.png, or /dev/null"))
             }
-            Err(e) if e.kind() == ErrorKind::NotFound => Ok(Self::File(file.to_path_buf())),
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                let target = behind_links(file);
+                let directory = directory_of(&target);
+                if directory.is_dir() {
+                    return Ok(Self::File(target));
+                }
+                refuse(ErrorKind::NotFound, &format!("there is no directory {}; make it first", shown(directory)))
+            }
             Err(e) => Err(explain(file, &e)),
         }
     }
+}
+
+/// Whether this is the device that forgets what is written to it.
+#[cfg(unix)]
+fn is_null(found: &Metadata) -> bool {
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    found.file_type().is_char_device() && fs::metadata("/dev/null").is_ok_and(|null| null.rdev() == found.rdev())
+}
+
+#[cfg(not(unix))]
+fn is_null(_found: &Metadata) -> bool {
+    false
+}
+
+/// Where a link leads that leads to nothing yet; links in a circle are an error of the system before it comes to this.
+fn behind_links(file: &Path) -> PathBuf {
+    let mut path = file.to_path_buf();
+    while let Ok(next) = fs::read_link(&path) {
+        path = directory_of(&path).join(next);
+    }
+    path
 }
 
 /// A temporary file, removed when it is dropped before `rename_to`.
@@ -170,8 +201,10 @@ mod tests {
             assert!(message.contains("this is a directory"), "{message}");
             let message = attempt(&dir.0.join("missing/a.png")).unwrap_err().to_string();
             assert!(message.contains("missing; make it first"), "{message}");
-            let message = attempt(Path::new("..")).unwrap_err().to_string();
-            assert!(message.contains("file name"), "{message}");
+            for no_file in ["..", "a.png/"] {
+                let message = attempt(Path::new(no_file)).unwrap_err().to_string();
+                assert!(message.contains("file name"), "{message}");
+            }
         }
         assert!(dir.names().is_empty());
     }
@@ -196,5 +229,40 @@ mod tests {
         assert_eq!(fs::read(&file).unwrap(), b"new");
         write_whole(Path::new("/dev/null"), b"x").unwrap();
         assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_nothing_yet_stays_a_link_and_its_target_is_made() {
+        let dir = Scratch::new("dangling");
+        fs::create_dir(dir.0.join("sub")).unwrap();
+        let link = |from: &str, to: &str| std::os::unix::fs::symlink(to, dir.0.join(from)).unwrap();
+        link("first.png", "sub/second.png");
+        link("sub/second.png", "../a.png");
+        link("astray.png", "missing/a.png");
+        link("circle.png", "circle.png");
+        let first = dir.0.join("first.png");
+        check_target(&first).unwrap();
+        assert!(!dir.0.join("a.png").exists());
+        write_whole(&first, b"new").unwrap();
+        assert!(fs::symlink_metadata(&first).unwrap().is_symlink());
+        assert_eq!(fs::read(dir.0.join("a.png")).unwrap(), b"new");
+        let message = check_target(&dir.0.join("astray.png")).unwrap_err().to_string();
+        assert!(message.contains("missing; make it first"), "{message}");
+        assert!(check_target(&dir.0.join("circle.png")).is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn sockets_and_devices_other_than_null_are_refused() {
+        let dir = Scratch::new("devices");
+        let socket = dir.0.join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        for file in [&socket, Path::new("/dev/zero")] {
+            for attempt in [check_target, |f: &Path| write_whole(f, b"x")] {
+                let message = attempt(file).unwrap_err().to_string();
+                assert!(message.contains("name a file such as picture.png"), "{message}");
+            }
+        }
     }
 }

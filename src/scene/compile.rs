@@ -6,15 +6,15 @@ use super::{
     Assets, Camera, Geometry, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape, Summary,
     Texture,
 };
-use crate::assets::{AssetError, load_image, load_obj};
+use crate::assets::{AssetError, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable};
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -72,7 +72,7 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
     let camera = Camera::new(&desc.camera, width, height).ok_or(CompileError::Camera)?;
     let start = Instant::now();
     let assets = load_assets(desc, previous.map(|p| &p.assets))?;
-    let load_time = start.elapsed();
+    let load_time = start.elapsed().saturating_sub(assets.build_time);
     let start = Instant::now();
     let geometry = match previous {
         Some(p) if same_places(&p.geometry.sources, &desc.objects) => p.geometry.clone(),
@@ -90,7 +90,7 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
         lights: desc.lights.iter().map(Light::new).collect(),
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
-        summary: Summary { load_time: load_time.saturating_sub(build_time), build_time, ..Summary::default() },
+        summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
         assets,
@@ -109,6 +109,7 @@ struct Loaded {
     build_time: Duration,
 }
 
+/// Models one after the other, each by all threads, for they may be large; then all pictures at once.
 fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, CompileError> {
     let mut assets = Assets::default();
     let mut build_time = Duration::ZERO;
@@ -121,7 +122,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
         let mesh = match previous.and_then(|p| p.meshes.get(&key)) {
             Some(mesh) => mesh.clone(),
             None => {
-                let model = load_obj(file, *crease)
+                let model = load_obj(file, *crease, threads())
                     .map_err(|error| CompileError::Asset { user: label("object", index, &object.name), error })?;
                 let start = Instant::now();
                 let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
@@ -135,16 +136,19 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
     let of_meshes = assets.meshes.iter().flat_map(|((file, _), mesh)| {
         mesh.materials.iter().map(|m| (m, format!("material \"{}\" of {}", m.name, file.display())))
     });
+    let (mut seen, mut missing) = (HashSet::new(), Vec::new());
     for (material, user) in described.chain(of_meshes) {
         let Some(TextureDesc { source: TextureSource::Image { file, .. }, .. }) = &material.texture else { continue };
-        if assets.images.contains_key(file) {
-            continue;
+        if let Some(image) = previous.and_then(|p| p.images.get(file)) {
+            assets.images.insert(file.clone(), image.clone());
+        } else if seen.insert(file) {
+            missing.push((file, user));
         }
-        let image = match previous.and_then(|p| p.images.get(file)) {
-            Some(image) => image.clone(),
-            None => Arc::new(load_image(file).map_err(|error| CompileError::Asset { user, error })?),
-        };
-        assets.images.insert(file.clone(), image);
+    }
+    let files: Vec<&Path> = missing.iter().map(|(file, _)| file.as_path()).collect();
+    for ((file, user), image) in missing.into_iter().zip(load_images(&files, threads())) {
+        let image = image.map_err(|error| CompileError::Asset { user, error })?;
+        assets.images.insert(file.clone(), Arc::new(image));
     }
     Ok(Loaded { assets, build_time })
 }
@@ -288,6 +292,12 @@ impl Scene {
         s.tree = geometry.tree.stats();
         s.imports = meshes.map(|((path, _), mesh)| (path.clone(), mesh.report.clone())).collect();
         s.warnings = warnings(desc);
+        for (file, report) in &s.imports {
+            s.warnings.extend(report.notes.iter().map(|note| format!("{}: {note}", file.display())));
+        }
+        // A model that is used with two crease angles was imported twice.
+        let mut told = HashSet::new();
+        s.warnings.retain(|warning| told.insert(warning.clone()));
     }
 }
 
@@ -302,7 +312,7 @@ fn warnings(desc: &SceneDesc) -> Vec<String> {
             "the scene has no lights: only ambient light, reflections and the background will be seen".to_string(),
         );
     }
-    let used: std::collections::HashSet<&str> = desc.objects.iter().filter_map(|o| o.material.as_deref()).collect();
+    let used: HashSet<&str> = desc.objects.iter().filter_map(|o| o.material.as_deref()).collect();
     for material in &desc.materials {
         let name = printable(&material.name);
         if !used.contains(material.name.as_str()) {

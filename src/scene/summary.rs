@@ -26,7 +26,7 @@ pub struct Summary {
     pub tree: BvhStats,
     /// Import reports of models, by path.
     pub imports: Vec<(PathBuf, ImportReport)>,
-    /// Things that are probably not meant, one sentence each.
+    /// Things that are probably not meant, and what models name that is missing or ignored, one sentence each.
     pub warnings: Vec<String>,
     /// Time to read models and pictures (zero for what was shared with the previous scene).
     pub load_time: Duration,
