@@ -285,7 +285,10 @@ fn a_picture_that_cannot_be_written_does_not_keep_the_program_from_leaving() {
     // A pipe without a reader: whoever opens it waits for ever.
     let made = std::process::Command::new("mkfifo").arg(session.directory.join("ball.png")).status();
     assert!(made.unwrap().success());
-    session.send("sq");
+    session.send("s");
+    // Refused, or begun and never to end.
+    session.wait("save", |screen| ["saving", "cannot save"].iter().any(|word| screen.contents().contains(word)));
+    session.send("q");
     assert_eq!(session.end(), 1);
     session.assert_restored();
     session.wait("what became of the picture", |screen| {
