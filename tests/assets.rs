@@ -2,13 +2,22 @@
 //! properties on random input.
 
 use glam::{DVec2, DVec3, Vec3};
-use glimt::assets::{AssetError, Model, load_image, load_obj};
+use glimt::assets::{self, AssetError, Model, load_image};
 use glimt::description::{MaterialDesc, TextureSource, Wrap};
 use glimt::math::{Rgb, SplitMix64};
 use std::fmt::Write as _;
 use std::fs;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+
+fn load_obj(file: &Path, crease: f64) -> Result<Model, AssetError> {
+    load_obj_on(2, file, crease)
+}
+
+fn load_obj_on(threads: usize, file: &Path, crease: f64) -> Result<Model, AssetError> {
+    assets::load_obj(file, crease, NonZeroUsize::new(threads).expect("not 0"))
+}
 
 /// A directory of its own for each test, removed at its end.
 struct Dir(PathBuf);
@@ -732,6 +741,76 @@ fn what_is_no_model_is_refused_with_a_reason() {
     for (path, part) in [(dir.0.clone(), "is a directory"), (dir.0.join("none.obj"), "cannot be read")] {
         let text = load_obj(&path, 30.0).expect_err("refused").to_string();
         assert!(text.contains(part), "{text}");
+    }
+}
+
+/// About 1.5 MB of everything that one line says about others: indices that count back or look ahead, materials, groups,
+/// objects, continued lines.
+fn tangle(rng: &mut SplitMix64) -> String {
+    let mut obj = "mtllib m.mtl\nvn 0 0 1\nvt 0.5 0.5\n".to_owned();
+    let mut vertices = 0;
+    for block in 0..6000 {
+        let mut below = |n: u64| rng.next_u64() % n;
+        for _ in 0..4 + below(4) {
+            let [x, y, z] = [0; 3].map(|_| below(200) as f64 / 8.0);
+            writeln!(obj, "v {x} {y} \\\n {z} # {block}\nvt {x} {y}\nvn {z} 1 {y}").expect("string");
+            vertices += 1;
+        }
+        match below(12) {
+            0 => writeln!(obj, "usemtl m{}", below(4)),
+            1 => writeln!(obj, "s {}", below(3)),
+            2 => writeln!(obj, "o {block}"),
+            3 => writeln!(obj, "l 1 2\nwhat is this"),
+            _ => Ok(()),
+        }
+        .expect("string");
+        for _ in 0..5 {
+            let form = below(5);
+            obj.push('f');
+            for _ in 0..3 + below(9) / 4 {
+                let i = if below(2) == 0 { below(4) as i64 - 4 } else { 1 + below(vertices) as i64 };
+                match form {
+                    0 | 1 => write!(obj, " {i}"),
+                    2 => write!(obj, " {i}/{i}"),
+                    3 => write!(obj, " {i}//-1"),
+                    _ => writeln!(obj, " {i}/1/{i} \\"),
+                }
+                .expect("string");
+            }
+            obj.push('\n');
+        }
+    }
+    obj + "f 1 2 3 # the end\n"
+}
+
+#[test]
+fn any_number_of_threads_reads_the_same() {
+    let dir = Dir::new();
+    dir.write("m.mtl", "newmtl m0\nKd 1 0 0\nnewmtl m1\nKd 0 1 0\nnewmtl m2\nKd 0 0 1\n");
+    let mut rng = SplitMix64(3);
+    let obj = tangle(&mut rng);
+    let path = dir.write("model.obj", &obj);
+    let one = load_obj_on(1, &path, 30.0).expect("model");
+    validate(&one);
+    assert!(one.report.triangles > 20_000 && one.materials.len() == 4, "{}", one.report);
+    assert!(one.uvs.len() == one.positions.len() && one.normals.len() == one.positions.len());
+    for threads in [2, 3, 8] {
+        let many = load_obj_on(threads, &path, 30.0).expect("model");
+        assert_eq!(format!("{one:?}"), format!("{many:?}"), "{threads} threads");
+    }
+    // Of two errors the first is told, wherever the text is cut.
+    for _ in 0..20 {
+        let lines: Vec<&str> = obj.lines().collect();
+        let at = (rng.next_u64() % (lines.len() as u64 - 2)) as usize + 2;
+        if lines[at - 1].ends_with('\\') || lines[at - 2].ends_with('\\') {
+            continue;
+        }
+        let (before, after) = (lines[..at].join("\n"), lines[at..].join("\n"));
+        let path = dir.write("model.obj", format!("{before}\nv 1 oops 2\n{after}\nf 1 2 0\n"));
+        for threads in [1, 4] {
+            let error = load_obj_on(threads, &path, 30.0).expect_err("refused");
+            assert_eq!((error.line, error.reason.contains("oops")), (Some(at + 1), true), "{error}");
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use glimt::description::{Numerics, SceneDesc, ShapeDesc, parse};
 use glimt::math::SplitMix64;
 use glimt::render::{self, RenderEvent};
 use glimt::scene;
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -365,7 +366,7 @@ fn no_mutated_model_panics_or_hangs() {
             std::fs::write(path, text).expect("a model can be written");
         }
         let crease = [0.0, 30.0, 180.0][(rng.next_u64() % 3) as usize];
-        match load_obj(&model, crease) {
+        match load_obj(&model, crease, NonZeroUsize::MIN) {
             Err(error) => assert!(!error.reason.is_empty()),
             Ok(m) => {
                 let n = m.positions.len();

@@ -279,6 +279,22 @@ fn control_c_and_a_save_on_the_way() {
 }
 
 #[test]
+fn a_picture_that_cannot_be_written_does_not_keep_the_program_from_leaving() {
+    let mut session = Session::start("fifo", USUAL, &endless());
+    session.wait("picture", shows_picture);
+    // A pipe without a reader: whoever opens it waits for ever.
+    let made = std::process::Command::new("mkfifo").arg(session.directory.join("ball.png")).status();
+    assert!(made.unwrap().success());
+    session.send("sq");
+    assert_eq!(session.end(), 1);
+    session.assert_restored();
+    session.wait("what became of the picture", |screen| {
+        let text = screen.contents();
+        text.contains("left before the picture was saved as ball.png") || text.contains("cannot save ball.png")
+    });
+}
+
+#[test]
 fn a_broken_connection_does_not_stop_the_render() {
     let mut session = Session::start("hang-up", USUAL, &scene(400, 64));
     session.wait("picture", shows_picture);
@@ -352,6 +368,21 @@ fn a_slow_link_echoes_keys_before_it_carries_the_picture() {
     session.send("q");
     assert_eq!(session.end(), 0);
     session.assert_restored();
+}
+
+#[test]
+fn when_the_system_refuses_threads_the_terminal_is_restored_and_the_reason_told() {
+    let mut session = Session::start_with("threads", USUAL, &scene(64, 4), |program| {
+        let mut command = CommandBuilder::new(program);
+        command.arg("ball.toml");
+        // More than any machine has: no thread gets its stack.
+        command.env("RUST_MIN_STACK", (1u64 << 60).to_string());
+        command
+    });
+    assert_eq!(session.end(), 1);
+    session.assert_restored();
+    session.wait_for_text("cannot start a thread for");
+    assert!(!session.far().parser.screen().contents().contains("panicked"));
 }
 
 #[test]

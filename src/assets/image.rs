@@ -1,9 +1,10 @@
 //! Pictures for textures.
 
-use super::{AssetError, guard};
+use super::{AssetError, guard, workers};
 use crate::description::builtin;
 use image::{DynamicImage, ImageError, ImageReader, Limits};
 use std::io::{BufRead, Cursor, Seek};
+use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// A picture: 8-bit sRGB codes, row 0 on top.
@@ -21,6 +22,11 @@ pub struct Image {
 const MAX_SIDE: u32 = 16_384;
 /// Most memory for decoding, bytes.
 const MAX_ALLOC: u64 = 1 << 30;
+
+/// [`load_image`] of each file.
+pub fn load_images(files: &[&Path], threads: NonZeroUsize) -> Vec<Result<Image, AssetError>> {
+    workers::map(threads, files.to_vec(), load_image)
+}
 
 /// Reads a PNG, JPEG, BMP or TGA picture, told by its content, else (TGA has no mark) by its name. Greys are expanded,
 /// 16-bit samples rounded, alpha is dropped. What is larger than 16,384 texels a side or takes more than 1 GiB to decode

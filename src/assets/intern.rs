@@ -37,11 +37,6 @@ impl<const N: usize> Interner<N> {
         }
     }
 
-    /// The keys by number.
-    pub fn into_keys(self) -> Vec<[u32; N]> {
-        self.keys
-    }
-
     #[cold]
     fn grow(&mut self) {
         let size = self.slots.len() * 2;
@@ -59,7 +54,7 @@ impl<const N: usize> Interner<N> {
 
 /// Multiply and fold, a word at a time; the last shift brings the well mixed upper half down.
 #[inline]
-fn hash<const N: usize>(key: &[u32; N]) -> usize {
+pub(super) fn hash<const N: usize>(key: &[u32; N]) -> usize {
     let mut h = 0x9e37_79b9_7f4a_7c15_u64;
     for &word in key {
         h = (h ^ u64::from(word)).wrapping_mul(0xd6e8_feb8_6659_fd93);
@@ -83,8 +78,7 @@ mod tests {
             let next = map.len() as u32;
             assert_eq!(interner.number(key), *map.entry(key).or_insert(next));
         }
-        let keys = interner.into_keys();
-        assert_eq!(keys.len(), map.len());
-        assert!(keys.iter().enumerate().all(|(i, k)| map[k] as usize == i));
+        assert_eq!(interner.keys.len(), map.len());
+        assert!(interner.keys.iter().enumerate().all(|(i, k)| map[k] as usize == i));
     }
 }

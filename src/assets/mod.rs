@@ -1,6 +1,7 @@
 //! Models and pictures from files: the only place that reads them. Whatever a file holds, loading ends in a value, or
 //! in an [`AssetError`] that names file, line and reason; never in a panic.
 
+mod fans;
 mod image;
 mod intern;
 mod mesh;
@@ -9,11 +10,14 @@ mod obj;
 mod obj_clean;
 mod obj_lines;
 mod obj_mtl;
+mod obj_outline;
+mod obj_part;
 mod report;
 mod resolve;
 mod triangulate;
+mod workers;
 
-pub use self::image::{Image, load_image};
+pub use self::image::{Image, load_image, load_images};
 pub use obj::load_obj;
 pub use report::ImportReport;
 
@@ -21,7 +25,8 @@ use crate::description::MaterialDesc;
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt;
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
@@ -101,6 +106,22 @@ fn read_file(file: &Path, limit: u64) -> Result<Vec<u8>, AssetError> {
         Ok(bytes)
     };
     read().map_err(|error: std::io::Error| AssetError::new(file, None, format!("cannot be read: {error}")))
+}
+
+/// [`read_file`] by many threads, each a piece: most of the time goes into getting memory.
+fn read_file_on(threads: NonZeroUsize, file: &Path, limit: u64) -> Result<Vec<u8>, AssetError> {
+    const PIECE: usize = 1 << 20;
+    check_file(file, limit)?;
+    let length = fs::metadata(file).map_or(0, |data| data.len().min(limit) as usize);
+    let mut bytes = vec![0; length];
+    let pieces = (0..).step_by(PIECE).zip(bytes.chunks_mut(PIECE)).collect();
+    let read = workers::map(threads, pieces, |(start, piece): (u64, &mut [u8])| {
+        let mut opened = File::open(file)?;
+        opened.seek(SeekFrom::Start(start))?;
+        opened.read_exact(piece)
+    });
+    // A file that changes meanwhile, or cannot be read: the simple way knows what to do.
+    if read.iter().all(io::Result::is_ok) { Ok(bytes) } else { read_file(file, limit) }
 }
 
 /// Runs code of another crate; `None` if it panics. The last belt only: what is known to make it panic is kept from it.

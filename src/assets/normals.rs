@@ -6,17 +6,11 @@
 //! double vertices along texture seams.
 
 use super::mesh::Polygons;
-use super::obj_clean::Smoothing;
+use super::obj_outline::Smoothing;
 use super::triangulate::newell_normal;
+use super::workers;
 use glam::Vec3;
-
-/// Normals of all corners.
-pub(super) struct Normals {
-    /// Unit normal of each corner, in the order of [`Polygons::indices`].
-    pub of_corners: Vec<Vec3>,
-    /// Whether any of them was computed.
-    pub computed: bool,
-}
+use std::num::NonZeroUsize;
 
 /// Of more faces at one edge than this, only those near in the file are compared.
 const EDGE_FACES: usize = 8;
@@ -24,6 +18,7 @@ const EDGE_FACES: usize = 8;
 /// A face as seen from one of its corners.
 #[derive(Clone, Copy)]
 struct Spoke {
+    /// Which of the corners at the place.
     corner: u32,
     normal: Vec3,
     /// Angle that the face spans at the corner, radians.
@@ -34,86 +29,71 @@ struct Spoke {
 }
 
 /// What is known of the faces before their corners are smoothed.
-struct Shape {
-    /// Unit normal of each face, 0 if it has none.
-    normals: Vec<Vec3>,
-    /// First corner of each face.
-    starts: Vec<u32>,
-    /// Face of each corner.
+pub(super) struct Shape<'a> {
+    polygons: &'a Polygons,
+    /// Unit normal of each face, 0 if it has none. Arrays because memory of zeros for them comes free.
+    normals: Vec<[f32; 3]>,
+    /// Whether no normal is 0.
+    pub is_complete: bool,
+    /// Face of each corner; empty if all are triangles.
     faces: Vec<u32>,
-    /// Angle at each corner, radians.
-    angles: Vec<f32>,
+    crease: f64,
 }
 
-/// Normals of all corners; `None` if the file has none and wants every face flat. `crease` in degrees.
-pub(super) fn corner_normals(polygons: &Polygons, crease: f64) -> Option<Normals> {
-    let Polygons { places, corners, indices, faces } = polygons;
-    let is_smooth = |s: Smoothing| match s {
-        Smoothing::Flat => false,
-        Smoothing::Crease => crease > 0.0,
-        Smoothing::Group(_) => true,
-    };
-    let mut of_corners: Vec<Vec3> = indices.iter().map(|&i| corners[i as usize].normal).collect();
-    if of_corners.iter().all(|&n| n != Vec3::ZERO) {
-        return Some(Normals { of_corners, computed: false });
-    }
-    if of_corners.iter().all(|&n| n == Vec3::ZERO) && !faces.iter().any(|f| is_smooth(f.smoothing)) {
-        return None;
+/// Faces that a thread takes at a time.
+const FACES: usize = 1 << 14;
+
+impl<'a> Shape<'a> {
+    /// `crease` in degrees.
+    pub fn of(polygons: &'a Polygons, crease: f64, threads: NonZeroUsize) -> Self {
+        let mut normals = vec![[0.0; 3]; polygons.faces.len()];
+        let ranges = (0..).step_by(FACES).zip(normals.chunks_mut(FACES)).collect();
+        let complete = workers::map(threads, ranges, |(first, normals): (usize, &mut [[f32; 3]])| {
+            for (face, normal) in (first..).zip(normals.iter_mut()) {
+                let points = polygons.corners_of(face).map(|i| polygons.position(i));
+                *normal = newell_normal(points).normalize_or_zero().as_vec3().to_array();
+            }
+            normals.iter().all(|&n| n != [0.0; 3])
+        });
+        let is_complete = complete.into_iter().all(|complete| complete);
+        let mut faces = Vec::new();
+        if !polygons.are_triangles() {
+            faces.reserve_exact(polygons.corners.places.len());
+            for (number, face) in (0..).zip(0..polygons.faces.len()) {
+                faces.resize(polygons.corners_of(face).end as usize, number);
+            }
+        }
+        Self { polygons, normals, is_complete, faces, crease }
     }
 
-    let shape = Shape::of(polygons);
-    // Corners by place: `around[first[p]..first[p + 1]]` are those at place p.
-    let mut first = vec![0_u32; places.len() + 2];
-    for &i in indices {
-        first[corners[i as usize].place as usize + 2] += 1;
+    /// Unit normal of a face, 0 if it has none.
+    pub fn normal(&self, face: usize) -> Vec3 {
+        Vec3::from_array(self.normals[face])
     }
-    for p in 2..first.len() {
-        first[p] += first[p - 1];
-    }
-    let mut around = vec![0_u32; indices.len()];
-    for (i, &corner) in (0..).zip(indices) {
-        let slot = &mut first[corners[corner as usize].place as usize + 1];
-        around[*slot as usize] = i;
-        *slot += 1;
-    }
-    let mut fan = Fan::new(crease);
-    for range in first.windows(2).take(places.len()) {
-        let at_place = &around[range[0] as usize..range[1] as usize];
-        if !fan.smooth_as_one(at_place, polygons, &shape, &mut of_corners) {
-            fan.smooth_in_parts(at_place, polygons, &shape, &mut of_corners);
-        }
-    }
-    Some(Normals { of_corners, computed: true })
-}
 
-impl Shape {
-    fn of(polygons: &Polygons) -> Self {
-        let (corners, faces) = (polygons.indices.len(), polygons.faces.len());
-        let mut shape = Self {
-            normals: Vec::with_capacity(faces),
-            starts: Vec::with_capacity(faces),
-            faces: Vec::with_capacity(corners),
-            angles: Vec::with_capacity(corners),
-        };
-        let mut start = 0;
-        for (number, face) in (0..).zip(&polygons.faces) {
-            let range = start..start + face.corners;
-            let points = range.clone().map(|i| polygons.position(i as usize));
-            shape.normals.push(newell_normal(points).normalize_or_zero().as_vec3());
-            shape.starts.push(start);
-            shape.faces.extend(range.clone().map(|_| number));
-            shape.angles.extend(range.map(|i| {
-                let places = neighbours(polygons, i, start, face.corners);
-                let [to, from] = places.map(|p| polygons.places[p as usize].as_dvec3());
-                let here = polygons.position(i as usize).as_dvec3();
-                let (a, b) = (to - here, from - here);
-                let cosine = a.dot(b) / (a.length_squared() * b.length_squared()).sqrt();
-                // All corners in one place span nothing.
-                if cosine.is_finite() { cosine.clamp(-1.0, 1.0).acos() as f32 } else { 0.0 }
-            }));
-            start += face.corners;
+    fn face(&self, corner: u32) -> usize {
+        (if self.faces.is_empty() { corner / 3 } else { self.faces[corner as usize] }) as usize
+    }
+
+    /// Places of the nearest corners before and after.
+    fn neighbours(&self, corner: u32) -> [u32; 2] {
+        if self.faces.is_empty() {
+            let place = |turn: u32| self.polygons.place(corner / 3 * 3 + (corner % 3 + turn) % 3);
+            let (here, before, after) = (place(0), place(2), place(1));
+            return [if before == here { after } else { before }, if after == here { before } else { after }];
         }
-        shape
+        let range = self.polygons.corners_of(self.face(corner));
+        neighbours(self.polygons, corner, range.start, range.end - range.start)
+    }
+
+    /// Angle at a corner, radians.
+    fn angle(&self, corner: u32, neighbours: [u32; 2]) -> f32 {
+        let [to, from] = neighbours.map(|p| self.polygons.places[p as usize].as_dvec3());
+        let here = self.polygons.position(corner).as_dvec3();
+        let (a, b) = (to - here, from - here);
+        let cosine = a.dot(b) / (a.length_squared() * b.length_squared()).sqrt();
+        // All corners in one place span nothing.
+        if cosine.is_finite() { cosine.clamp(-1.0, 1.0).acos() as f32 } else { 0.0 }
     }
 }
 
@@ -121,7 +101,7 @@ impl Shape {
 /// asked at each corner.
 #[inline]
 fn neighbours(polygons: &Polygons, corner: u32, start: u32, count: u32) -> [u32; 2] {
-    let here = polygons.place(corner as usize);
+    let here = polygons.place(corner);
     let other = |back: bool| {
         let mut at = corner - start;
         let mut place = here;
@@ -132,7 +112,7 @@ fn neighbours(polygons: &Polygons, corner: u32, start: u32, count: u32) -> [u32;
                 (false, _) if at + 1 == count => 0,
                 (false, _) => at + 1,
             };
-            place = polygons.place((start + at) as usize);
+            place = polygons.place(start + at);
             if place != here {
                 break;
             }
@@ -143,7 +123,8 @@ fn neighbours(polygons: &Polygons, corner: u32, start: u32, count: u32) -> [u32;
 }
 
 /// The faces around one place, and working memory kept from place to place.
-struct Fan {
+pub(super) struct Fan<'a> {
+    shape: &'a Shape<'a>,
     spokes: Vec<Spoke>,
     /// Which spoke stands for the ones that a spoke is smooth with; union-find.
     leader: Vec<u32>,
@@ -157,59 +138,74 @@ struct Fan {
     crease_is_smooth: bool,
 }
 
-impl Fan {
-    fn new(crease: f64) -> Self {
+impl<'a> Fan<'a> {
+    /// Working memory for the places of a shape.
+    pub fn new(shape: &'a Shape<'a>) -> Self {
         // Edges exactly at the angle count as smooth, whatever the rounding.
         let cosine = |degrees: f64| (degrees.clamp(0.0, 180.0).to_radians().cos() - 1e-6) as f32;
         Self {
+            shape,
             spokes: Vec::new(),
             leader: Vec::new(),
             sums: Vec::new(),
             edges: Vec::new(),
             groups: Vec::new(),
-            cos_crease: cosine(crease),
-            cos_half: cosine(crease / 2.0),
-            crease_is_smooth: crease > 0.0,
+            cos_crease: cosine(shape.crease),
+            cos_half: cosine(shape.crease / 2.0),
+            crease_is_smooth: shape.crease > 0.0,
+        }
+    }
+
+    /// Sets those `normals` of the corners at a place that are 0. They stay 0 where the face has none.
+    pub fn smooth(&mut self, corners: &[u32], normals: &mut [Vec3]) {
+        if !self.smooth_as_one(corners, normals) {
+            self.smooth_in_parts(corners, normals);
         }
     }
 
     /// On most places of most models all faces belong together: sets the missing normals if that is so.
-    fn smooth_as_one(&self, at_place: &[u32], polygons: &Polygons, shape: &Shape, normals: &mut [Vec3]) -> bool {
-        let Some(&corner) = at_place.first() else { return true };
-        let first = shape.faces[corner as usize] as usize;
-        let (smoothing, first_normal) = (polygons.faces[first].smoothing, shape.normals[first]);
+    fn smooth_as_one(&self, corners: &[u32], normals: &mut [Vec3]) -> bool {
+        let shape = self.shape;
+        let Some(&corner) = corners.first() else { return true };
+        let first = shape.face(corner);
+        let (smoothing, first_normal) = (shape.polygons.smoothing(first), shape.normal(first));
         if smoothing == Smoothing::Flat || smoothing == Smoothing::Crease && !self.crease_is_smooth {
             return false;
         }
+        let is_near = |&corner: &u32| {
+            let face = shape.face(corner);
+            shape.polygons.smoothing(face) == smoothing
+                && (smoothing != Smoothing::Crease || shape.normal(face).dot(first_normal) >= self.cos_half)
+        };
+        // Asked first because angles take long.
+        if !corners.iter().all(is_near) {
+            return false;
+        }
         let mut sum = Vec3::ZERO;
-        for &i in at_place {
-            let face = shape.faces[i as usize] as usize;
-            let normal = shape.normals[face];
-            let near = smoothing != Smoothing::Crease || normal.dot(first_normal) >= self.cos_half;
-            if polygons.faces[face].smoothing != smoothing || !near {
-                return false;
-            }
-            sum += normal * shape.angles[i as usize];
+        for &corner in corners {
+            sum += shape.normal(shape.face(corner)) * shape.angle(corner, shape.neighbours(corner));
         }
         let mean = sum.normalize_or_zero();
-        for &i in at_place {
-            set_missing(&mut normals[i as usize], mean, shape.normals[shape.faces[i as usize] as usize]);
+        for (&corner, normal) in corners.iter().zip(normals) {
+            set_missing(normal, mean, shape.normal(shape.face(corner)));
         }
         true
     }
 
     /// Finds out which faces belong together and sets the missing normals.
-    fn smooth_in_parts(&mut self, at_place: &[u32], polygons: &Polygons, shape: &Shape, normals: &mut [Vec3]) {
+    fn smooth_in_parts(&mut self, corners: &[u32], normals: &mut [Vec3]) {
+        let shape = self.shape;
         self.spokes.clear();
-        self.spokes.extend(at_place.iter().filter_map(|&corner| {
-            let number = shape.faces[corner as usize] as usize;
-            let (face, normal) = (polygons.faces[number], shape.normals[number]);
+        self.spokes.extend((0..).zip(corners).filter_map(|(number, &corner)| {
+            let face = shape.face(corner);
+            let normal = shape.normal(face);
+            let neighbours = shape.neighbours(corner);
             (normal != Vec3::ZERO).then(|| Spoke {
-                corner,
+                corner: number,
                 normal,
-                angle: shape.angles[corner as usize],
-                smoothing: face.smoothing,
-                neighbours: neighbours(polygons, corner, shape.starts[number], face.corners),
+                angle: shape.angle(corner, neighbours),
+                smoothing: shape.polygons.smoothing(face),
+                neighbours,
             })
         }));
         self.join_spokes();

@@ -1,55 +1,58 @@
-//! The pass in front of tobj: reads OBJ text line by line, checks every number and index, and deals out text that tobj
-//! reads right and fast; what tobj does not know (smoothing groups, lines, materials not yet loaded) is kept in an
-//! [`Outline`].
+//! The pass in front of tobj: reads a part of OBJ text line by line, checks every number and index, and deals out text
+//! that tobj reads right and fast; what tobj need not know (faces, smoothing groups, materials) is kept in [`Found`].
 //!
-//! The text that comes out holds nothing but
-//! - `v x y z`, `vt u v`, `vn x y z` with plain numbers;
-//! - `f` with positive indices. One such line holds the corners of many faces: tobj need not know where a face ends,
-//!   for the outline does, and so it allocates once a few hundred faces instead of once a face;
-//! - `g`, which makes tobj start a new mesh. All corners of one mesh are of one [`Form`], because tobj makes up texture
-//!   coordinates and normals where a mesh has them on some corners only; and a mesh is short, because tobj's table of
-//!   corners is fast while it fits a cache.
+//! The text that comes out holds nothing but `v x y z`, `vt u v`, `vn x y z` with plain numbers, and at its end one `f`
+//! that names each of them in turn, for tobj gives out only what faces use. The faces themselves have been read here,
+//! where their indices had to be checked: to write them anew for tobj took half of the time of loading.
 
 use super::AssetError;
-use super::obj_lines::{Line, Lines, Words, check_number, lossy, parse_number};
-use std::collections::HashMap;
+use super::obj_lines::{Line, Lines, Words, are_plain, check_number, lossy, parse_number};
 use std::io::{self, BufRead, Read};
 use std::path::Path;
 
-/// How a face wants its normals where the file gives none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Smoothing {
-    /// `s off`: its own.
-    Flat,
-    /// Said nothing: smooth across edges that are not too sharp.
-    Crease,
-    /// `s`: smooth with all faces of the same object and group; groups are numbered from 0.
-    Group(u32),
-}
-
-/// A face, in the order of the file.
+/// A face of 3 corners and more.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
-    /// How many corners; at least 3.
-    pub corners: u32,
+    /// Its first corner; the first of the next face ends it.
+    pub start: u32,
     /// Its line.
     pub line: u32,
-    /// Index into [`Outline::materials`], or [`NO_MATERIAL`].
-    pub material: u32,
-    /// How it is to be smoothed.
-    pub smoothing: Smoothing,
 }
 
-/// A face before any `usemtl`.
-pub(super) const NO_MATERIAL: u32 = u32::MAX;
+/// The corners of faces, one after another: indices from 1 into the vertices, texture coordinates and normals of the
+/// whole file, 0 where a face does not have them on all of its corners.
+#[derive(Debug, Default)]
+pub(super) struct Corners {
+    pub places: Vec<u32>,
+    /// Empty if no face has any.
+    pub uvs: Vec<u32>,
+    /// Empty if no face has any.
+    pub normals: Vec<u32>,
+}
 
-/// What the pass knows of a file and tobj does not.
-#[derive(Default)]
-pub(super) struct Outline {
-    /// Faces of 3 corners and more.
+/// A line that concerns the faces after it.
+#[derive(Debug)]
+pub(super) enum Change {
+    /// `usemtl`: the whole rest of the line.
+    Material(Vec<u8>),
+    /// `s`: the group, 0 for none.
+    Smoothing(u32),
+    /// `o`
+    Object,
+}
+
+/// What the pass finds beside the numbers of vertices.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// How many `v`, `vt` and `vn`.
+    pub vertices: [u32; 3],
+    /// In the order of the file.
     pub faces: Vec<Face>,
-    /// Names in `usemtl` lines, the whole rest of each line.
-    pub materials: Vec<Vec<u8>>,
+    pub corners: Corners,
+    /// Changes and how many faces stand before them.
+    pub changes: Vec<(u32, Change)>,
+    /// Highest index into `v`, `vt` and `vn`, and its first line.
+    pub highest: [(u32, usize); 3],
     /// Names in `mtllib` lines, the whole rest of each line, each once.
     pub libraries: Vec<Vec<u8>>,
     /// `l` and `p` elements and faces of fewer than three corners.
@@ -64,18 +67,39 @@ pub(super) struct Outline {
     pub unknown: (usize, Option<(usize, String)>),
 }
 
-/// Which indices the corners of a face have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Form {
-    texture: bool,
-    normal: bool,
+/// Counts of what stands before a part of a file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Before {
+    /// Physical lines.
+    pub lines: usize,
+    /// `v`, `vt` and `vn`.
+    pub vertices: [u32; 3],
 }
 
-/// Indices of a corner into `v`, `vt` and `vn`, from 1; 0 where there is none.
-type Corner = [u32; 3];
+impl Before {
+    /// What stands in a part.
+    pub fn count(mut lines: Lines) -> Self {
+        let mut vertices = [0; 3];
+        while let Some(line) = lines.next() {
+            match line.keyword {
+                b"v" => vertices[0] += 1,
+                b"vt" => vertices[1] += 1,
+                b"vn" => vertices[2] += 1,
+                _ => {}
+            }
+        }
+        Self { lines: lines.number, vertices }
+    }
+
+    /// What stands before the part after one with these counts.
+    pub fn and(self, part: Self) -> Self {
+        let vertices = std::array::from_fn(|kind| self.vertices[kind] + part.vertices[kind]);
+        Self { lines: self.lines + part.lines, vertices }
+    }
+}
 
 /// Reads cleaned text; see the module. An error of reading stands for one of the file, to be taken with
-/// [`Cleaner::into_outline`].
+/// [`Cleaner::into_found`].
 pub(super) struct Cleaner<'a> {
     lines: Lines<'a>,
     state: State<'a>,
@@ -87,41 +111,27 @@ pub(super) struct Cleaner<'a> {
 /// Bytes made at a time.
 const CHUNK: usize = 1 << 16;
 /// Most different `mtllib` lines that are heeded.
-const MAX_LIBRARIES: usize = 256;
+pub(super) const MAX_LIBRARIES: usize = 256;
 /// Most corners of a face.
 const FACE_CORNERS: usize = 1 << 20;
-/// Corners in a line.
-const LINE_CORNERS: usize = 1024;
-/// Corners in a mesh.
-const MESH_CORNERS: usize = 1 << 16;
 
 impl<'a> Cleaner<'a> {
-    /// Starts on the bytes of `file`.
-    pub fn new(file: &'a Path, bytes: &'a [u8]) -> Result<Self, AssetError> {
+    /// Starts on a part of `file`.
+    pub fn new(file: &'a Path, mut lines: Lines<'a>, before: Before) -> Self {
+        lines.number = before.lines;
         let state = State {
             file,
             out: Vec::with_capacity(CHUNK * 2),
-            late: Vec::new(),
-            outline: Outline::default(),
-            counts: [0; 3],
-            ahead: [(0, 0); 3],
-            corners: Vec::new(),
-            pending: Vec::new(),
-            form: Form::default(),
-            mesh_corners: 0,
-            object: 0,
-            group: None,
-            smoothing: Smoothing::Crease,
-            groups: HashMap::new(),
-            material: NO_MATERIAL,
-            material_numbers: HashMap::new(),
+            before: before.vertices,
+            found: Found::default(),
+            face: Vec::new(),
         };
-        Ok(Self { lines: Lines::new(file, bytes)?, state, sent: 0, finished: false, error: None })
+        Self { lines, state, sent: 0, finished: false, error: None }
     }
 
-    /// What was found on the way, or the first thing that is wrong with the file. To be called when all is read.
-    pub fn into_outline(self) -> Result<Outline, AssetError> {
-        self.error.map_or(Ok(self.state.outline), Err)
+    /// What was found on the way, or the first thing that is wrong with the part. To be called when all is read.
+    pub fn into_found(self) -> Result<Found, AssetError> {
+        self.error.map_or(Ok(self.state.found), Err)
     }
 
     fn fill(&mut self) -> Result<(), AssetError> {
@@ -132,7 +142,7 @@ impl<'a> Cleaner<'a> {
                 Some(line) => self.state.line(&line)?,
                 None => {
                     self.finished = true;
-                    self.state.finish()?;
+                    self.state.finish();
                 }
             }
         }
@@ -146,7 +156,7 @@ impl BufRead for Cleaner<'_> {
             && let Err(e) = self.fill()
         {
             self.error = Some(e);
-            return Err(io::Error::other("see Cleaner::into_outline"));
+            return Err(io::Error::other("see Cleaner::into_found"));
         }
         Ok(&self.state.out[self.sent..])
     }
@@ -164,29 +174,17 @@ impl Read for Cleaner<'_> {
     }
 }
 
+/// Indices of a corner into `v`, `vt` and `vn`, from 1; 0 where there is none.
+type Corner = [u32; 3];
+
 struct State<'a> {
     file: &'a Path,
     out: Vec<u8>,
-    /// Face text kept until the end because some of it names vertices that were not yet seen.
-    late: Vec<u8>,
-    outline: Outline,
-    /// `v`, `vt` and `vn` seen.
-    counts: [u32; 3],
-    /// Highest index beyond the counts at its line, and that line.
-    ahead: [(u32, usize); 3],
+    /// `v`, `vt` and `vn` before this part.
+    before: [u32; 3],
+    found: Found,
     /// Corners of the face being read.
-    corners: Vec<Corner>,
-    /// Corners not written yet, all of `form`.
-    pending: Vec<Corner>,
-    form: Form,
-    mesh_corners: usize,
-    object: u32,
-    /// Number in the last `s`.
-    group: Option<u32>,
-    smoothing: Smoothing,
-    groups: HashMap<(u32, u32), u32>,
-    material: u32,
-    material_numbers: HashMap<Vec<u8>, u32>,
+    face: Vec<Corner>,
 }
 
 impl State<'_> {
@@ -196,47 +194,40 @@ impl State<'_> {
             b"vt" => self.numbers(line, 1, 1, 2).map(drop),
             b"vn" => self.normal(line),
             b"f" | b"fo" => self.face(line),
+            _ => {
+                self.statement(line);
+                Ok(())
+            }
+        }
+    }
+
+    fn statement(&mut self, line: &Line) {
+        let Found { faces, changes, libraries, .. } = &mut self.found;
+        let mut change = |change| changes.push((faces.len() as u32, change));
+        match line.keyword {
             b"s" => {
                 let word = Words(line.rest).next().unwrap_or_default();
                 let number = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
-                self.smooth(number.unwrap_or(u32::from(word.eq_ignore_ascii_case(b"on"))));
-                Ok(())
+                change(Change::Smoothing(number.unwrap_or(u32::from(word.eq_ignore_ascii_case(b"on")))));
             }
-            b"usemtl" => {
-                self.use_material(line.rest);
-                Ok(())
-            }
+            b"usemtl" => change(Change::Material(line.rest.to_vec())),
+            b"o" => change(Change::Object),
             b"mtllib" => {
-                let libraries = &mut self.outline.libraries;
                 if libraries.len() < MAX_LIBRARIES && !libraries.iter().any(|known| known == line.rest) {
                     libraries.push(line.rest.to_vec());
                 }
-                Ok(())
             }
-            b"o" => {
-                // The group number goes on, but nothing is smoothed across objects.
-                self.object += 1;
-                if let Some(group) = self.group {
-                    self.smooth(group);
-                }
-                Ok(())
-            }
-            b"l" | b"p" => {
-                self.outline.lines_and_points += 1;
-                Ok(())
-            }
+            b"l" | b"p" => self.found.lines_and_points += 1,
             b"vp" | b"cstype" | b"deg" | b"bmat" | b"step" | b"curv" | b"curv2" | b"surf" | b"parm" | b"trim"
             | b"hole" | b"scrv" | b"sp" | b"end" | b"con" | b"bzp" | b"bsp" | b"cdc" | b"cdp" | b"res" => {
-                self.outline.free_form += 1;
-                Ok(())
+                self.found.free_form += 1;
             }
             b"g" | b"mg" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"usemap" | b"maplib" | b"shadow_obj"
-            | b"trace_obj" | b"ctech" | b"stech" => Ok(()),
+            | b"trace_obj" | b"ctech" | b"stech" => {}
             _ => {
-                let (count, first) = &mut self.outline.unknown;
+                let (count, first) = &mut self.found.unknown;
                 *count += 1;
                 first.get_or_insert_with(|| (line.number, lossy(line.keyword)));
-                Ok(())
             }
         }
     }
@@ -260,8 +251,8 @@ impl State<'_> {
             }
             count += 1;
         }
-        self.outline.colored += usize::from(count >= 3);
-        self.outline.weighted += usize::from(count == 1 && first != 1.0);
+        self.found.colored += usize::from(count >= 3);
+        self.found.weighted += usize::from(count == 1 && first != 1.0);
         Ok(())
     }
 
@@ -269,6 +260,13 @@ impl State<'_> {
     #[inline]
     fn numbers<'l>(&mut self, line: &Line<'l>, kind: usize, least: usize, most: usize) -> Result<&'l [u8], AssetError> {
         self.out.extend_from_slice(KEYWORDS[kind]);
+        if are_plain(line.rest, most) {
+            self.out.push(b' ');
+            self.out.extend_from_slice(line.rest);
+            self.out.push(b'\n');
+            self.found.vertices[kind] += 1;
+            return Ok(&[]);
+        }
         let mut words = Words(line.rest);
         let mut count = 0;
         for word in words.by_ref().take(most) {
@@ -287,12 +285,15 @@ impl State<'_> {
             self.out.extend_from_slice(b" 0");
         }
         self.out.push(b'\n');
-        self.counts[kind] += 1;
+        self.found.vertices[kind] += 1;
         Ok(words.0)
     }
 
     /// `vn`. Exporters write nan for the normal of a degenerate face; 0 0 0 makes it computed.
     fn normal(&mut self, line: &Line) -> Result<(), AssetError> {
+        if are_plain(line.rest, 3) {
+            return self.numbers(line, 2, 3, 3).map(drop);
+        }
         let is_useless = |word: &[u8]| {
             check_number(word).is_err() && (parse_number(word).is_some() || word.windows(2).any(|w| w == b".#"))
         };
@@ -301,45 +302,55 @@ impl State<'_> {
     }
 
     fn face(&mut self, line: &Line) -> Result<(), AssetError> {
-        self.corners.clear();
-        let mut form = Form { texture: true, normal: true };
-        for word in Words(line.rest) {
-            let corner = match self.corner(word, line.number) {
-                Ok(corner) => corner,
-                Err(reason) => return self.refuse(line.number, reason),
+        self.face.clear();
+        let (mut has_uvs, mut has_normals) = (true, true);
+        let mut words = Words(line.rest);
+        let mut highest = [0; 3];
+        loop {
+            let corner = if let Some((corner, rest)) = plain_corner(words.0) {
+                words.0 = rest;
+                highest = std::array::from_fn(|kind| corner[kind].max(highest[kind]));
+                corner
+            } else {
+                let Some(word) = words.next() else { break };
+                match self.corner(word, line.number) {
+                    Ok(corner) => corner,
+                    Err(reason) => return self.refuse(line.number, reason),
+                }
             };
-            form.texture &= corner[1] != 0;
-            form.normal &= corner[2] != 0;
-            self.corners.push(corner);
+            has_uvs &= corner[1] != 0;
+            has_normals &= corner[2] != 0;
+            self.face.push(corner);
         }
-        let corners = self.corners.len();
-        if corners < 3 {
-            self.outline.lines_and_points += 1;
+        for (index, highest) in highest.into_iter().zip(&mut self.found.highest) {
+            if index > highest.0 {
+                *highest = (index, line.number);
+            }
+        }
+        let count = self.face.len();
+        if count < 3 {
+            self.found.lines_and_points += 1;
             return Ok(());
         }
-        if corners > FACE_CORNERS {
-            return self.refuse(line.number, format!("a face of {corners} corners; at most {FACE_CORNERS}: split it"));
+        if count > FACE_CORNERS {
+            return self.refuse(line.number, format!("a face of {count} corners; at most {FACE_CORNERS}: split it"));
         }
-        if form != self.form || self.mesh_corners >= MESH_CORNERS {
-            self.end_mesh();
+        let Corners { places, uvs, normals } = &mut self.found.corners;
+        let start = places.len();
+        places.extend(self.face.iter().map(|corner| corner[0]));
+        if has_uvs {
+            uvs.resize(start, 0);
+            uvs.extend(self.face.iter().map(|corner| corner[1]));
         }
-        self.form = form;
-        self.mesh_corners += corners;
-        self.pending.append(&mut self.corners);
-        if self.pending.len() >= LINE_CORNERS {
-            self.write_pending();
+        if has_normals {
+            normals.resize(start, 0);
+            normals.extend(self.face.iter().map(|corner| corner[2]));
         }
-        self.outline.faces.push(Face {
-            corners: corners as u32,
-            line: line.number as u32,
-            material: self.material,
-            smoothing: self.smoothing,
-        });
+        self.found.faces.push(Face { start: start as u32, line: line.number as u32 });
         Ok(())
     }
 
     /// `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative indices count back from the last one.
-    #[inline]
     fn corner(&mut self, word: &[u8], line: usize) -> Result<Corner, String> {
         let mut corner = [0; 3];
         let mut rest = word;
@@ -355,7 +366,7 @@ impl State<'_> {
                 index = (index * 10 + u64::from(d - b'0')).min(1 << 40);
                 length += 1;
             }
-            let count = u64::from(self.counts[kind]);
+            let count = u64::from(self.before[kind] + self.found.vertices[kind]);
             if length == 0 {
                 if kind == 0 || negative {
                     return Err(format!("`{}` is not a corner of a face", lossy(word)));
@@ -369,8 +380,8 @@ impl State<'_> {
                 corner[kind] = (count + 1 - index) as u32;
             } else {
                 corner[kind] = index.min(u64::from(u32::MAX)) as u32;
-                if index > count && corner[kind] > self.ahead[kind].0 {
-                    self.ahead[kind] = (corner[kind], line);
+                if corner[kind] > self.found.highest[kind].0 {
+                    self.found.highest[kind] = (corner[kind], line);
                 }
             }
             match digits.get(length) {
@@ -382,80 +393,74 @@ impl State<'_> {
         Err(format!("`{}` is not a corner of a face", lossy(word)))
     }
 
-    fn smooth(&mut self, group: u32) {
-        self.group = Some(group);
-        self.smoothing = if group == 0 {
-            Smoothing::Flat
-        } else {
-            let next = self.groups.len() as u32;
-            Smoothing::Group(*self.groups.entry((self.object, group)).or_insert(next))
-        };
-    }
-
-    fn use_material(&mut self, name: &[u8]) {
-        self.material = match self.material_numbers.get(name) {
-            _ if name.is_empty() => NO_MATERIAL,
-            Some(&number) => number,
-            None => {
-                let number = self.outline.materials.len() as u32;
-                self.material_numbers.insert(name.to_vec(), number);
-                self.outline.materials.push(name.to_vec());
-                number
-            }
-        };
-    }
-
-    /// Writes the pending corners as one face.
-    fn write_pending(&mut self) {
-        if self.pending.is_empty() {
-            return;
-        }
-        let form = self.form;
-        let out = if self.looks_ahead() { &mut self.late } else { &mut self.out };
-        out.push(b'f');
-        for [v, vt, vn] in self.pending.drain(..) {
-            out.push(b' ');
-            push_number(out, v);
-            if form.texture {
-                out.push(b'/');
-                push_number(out, vt);
-            }
-            if form.normal {
-                out.extend_from_slice(if form.texture { b"/" } else { b"//" });
-                push_number(out, vn);
+    /// Ends the text with a face of every vertex, texture coordinate and normal, for which tobj is told to keep lists
+    /// apart from each other. A shorter list goes on with its last.
+    fn finish(&mut self) {
+        let Corners { places, uvs, normals } = &mut self.found.corners;
+        for list in [uvs, normals] {
+            if !list.is_empty() {
+                list.resize(places.len(), 0);
             }
         }
-        out.push(b'\n');
-    }
-
-    /// Whether some corner was ahead of the vertices when it was read. tobj looks corners up at the end of a mesh, so
-    /// from then on it is given no face before the last vertex.
-    fn looks_ahead(&self) -> bool {
-        self.ahead != [(0, 0); 3]
-    }
-
-    /// Starts a new mesh.
-    fn end_mesh(&mut self) {
-        self.write_pending();
-        self.mesh_corners = 0;
-        if self.looks_ahead() { &mut self.late } else { &mut self.out }.extend_from_slice(b"g\n");
-    }
-
-    fn finish(&mut self) -> Result<(), AssetError> {
-        self.write_pending();
-        for (kind, &(index, line)) in self.ahead.iter().enumerate() {
-            let count = self.counts[kind];
-            if index > count {
-                return self.refuse(line, format!("index {index} is too high: the file has {count} {}", NOUNS[kind]));
+        let [v, vt, vn] = self.found.vertices;
+        if v == 0 && vt.max(vn) > 0 {
+            // A corner is no corner without a vertex.
+            self.out.extend_from_slice(b"v 0 0 0\n");
+        }
+        self.out.push(b'f');
+        for index in 1..=v.max(vt).max(vn) {
+            self.out.push(b' ');
+            push_number(&mut self.out, index.min(v.max(1)));
+            if vt.max(vn) > 0 {
+                self.out.push(b'/');
+            }
+            if vt > 0 {
+                push_number(&mut self.out, index.min(vt));
+            }
+            if vn > 0 {
+                self.out.push(b'/');
+                push_number(&mut self.out, index.min(vn));
             }
         }
-        self.out.append(&mut self.late);
-        Ok(())
+        self.out.push(b'\n');
+    }
+}
+
+/// The corner at the start of `text` and what follows it, if it is of the kind that nearly all are: positive indices of
+/// few digits.
+#[inline]
+fn plain_corner(mut text: &[u8]) -> Option<(Corner, &[u8])> {
+    while let [b' ', rest @ ..] = text {
+        text = rest;
+    }
+    let mut corner = [0; 3];
+    let mut kind = 0;
+    loop {
+        let mut length = 0;
+        let mut index = 0_u32;
+        while let Some(d @ b'0'..=b'9') = text.get(length)
+            && length < 9
+        {
+            index = index * 10 + u32::from(d - b'0');
+            length += 1;
+        }
+        // Nothing between slashes is no index; 0 is none, but wrong.
+        if index == 0 && (length > 0 || kind == 0) {
+            return None;
+        }
+        corner[kind] = index;
+        text = &text[length..];
+        match text {
+            [] | [b' ', ..] => return Some((corner, text)),
+            [b'/', rest @ ..] if kind < 2 => text = rest,
+            _ => return None,
+        }
+        kind += 1;
     }
 }
 
 const KEYWORDS: [&[u8]; 3] = [b"v", b"vt", b"vn"];
-const NOUNS: [&str; 3] = ["vertices", "texture coordinates", "normals"];
+pub(super) const NOUNS: [&str; 3] = ["vertices", "texture coordinates", "normals"];
 
 fn push_number(out: &mut Vec<u8>, mut value: u32) {
     let mut digits = [0; 10];

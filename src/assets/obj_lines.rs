@@ -2,6 +2,7 @@
 //! CR, tabs, blanks at either end, comments, lines continued with `\`, bytes that are no UTF-8.
 
 use super::AssetError;
+use std::io::BufRead;
 use std::path::Path;
 
 /// One logical line: continued lines are joined. Neither part has blanks at its ends; the keyword is not empty.
@@ -15,9 +16,11 @@ pub(super) struct Line<'a> {
 }
 
 /// Deals out logical lines that are not empty and not comments.
+#[derive(Clone)]
 pub(super) struct Lines<'a> {
     text: &'a [u8],
-    number: usize,
+    /// Physical lines before `text`.
+    pub number: usize,
     separator: u8,
     joined: Vec<u8>,
 }
@@ -35,6 +38,21 @@ impl<'a> Lines<'a> {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let separator = if !text.contains(&b'\n') && text.contains(&b'\r') { b'\r' } else { b'\n' };
         Ok(Self { text, number: 0, separator, joined: Vec::new() })
+    }
+
+    /// Parts of about `size` bytes, cut where a logical line ends, each numbered from its own first line.
+    pub fn parts(mut self, size: usize) -> Vec<Self> {
+        let mut parts = Vec::new();
+        while !self.text.is_empty() {
+            let whole = self.text;
+            // The line that the cut falls into, and all that it goes on in.
+            self.text = &whole[whole.len().min(size)..];
+            self.physical();
+            while self.physical().is_some_and(|line| trim(line).ends_with(b"\\")) {}
+            let part = &whole[..whole.len() - self.text.len()];
+            parts.push(Self { text: part, number: 0, separator: self.separator, joined: Vec::new() });
+        }
+        parts
     }
 
     /// The next logical line. It borrows from `self` because joined lines stand in a buffer.
@@ -68,16 +86,10 @@ impl<'a> Lines<'a> {
         }
         self.number += 1;
         let text = self.text;
-        match text.iter().position(|&b| b == self.separator) {
-            Some(at) => {
-                self.text = &text[at + 1..];
-                Some(&text[..at])
-            }
-            None => {
-                self.text = &[];
-                Some(text)
-            }
-        }
+        // The way to the C library's search: a third less than a loop over the bytes.
+        let length = self.text.skip_until(self.separator).unwrap_or(text.len());
+        let line = &text[..length];
+        Some(line.strip_suffix(&[self.separator]).unwrap_or(line))
     }
 }
 
@@ -164,6 +176,28 @@ fn is_plain(word: &[u8]) -> bool {
     before <= 30 && before + after > 0
 }
 
+/// Whether `text` is nothing but `count` numbers as of [`is_plain`] with single blanks between: what most lines are, and
+/// need not be taken apart. Some of them are not found to be.
+pub(super) fn are_plain(text: &[u8], count: usize) -> bool {
+    let (mut words, mut start) = (1, true);
+    let (mut before, mut after, mut point) = (0, 0, false);
+    for &b in text {
+        match b {
+            b'0'..=b'9' if point => after += 1,
+            b'0'..=b'9' => before += 1,
+            b'.' if !point => point = true,
+            b'-' if start => {}
+            b' ' if before <= 30 && before + after > 0 => {
+                words += 1;
+                (before, after, point) = (0, 0, false);
+            }
+            _ => return false,
+        }
+        start = b == b' ';
+    }
+    words == count && before <= 30 && before + after > 0
+}
+
 /// Whether a word is a number whatever its size, nan and inf included.
 pub(super) fn parse_number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
@@ -222,6 +256,23 @@ mod tests {
     }
 
     #[test]
+    fn parts_of_any_size_hold_the_same_lines() {
+        for text in ["v 1\nv 2 \\\n 3 \\ \n\\\n4\n\n# note \\\nf\n\\\n\\", "v 1\r\nv \\\r\n2\r\nf 3", "a\\\r\r\rb\rc"] {
+            let whole = Lines::new(Path::new("x"), text.as_bytes()).expect("text");
+            for size in 0..text.len() + 2 {
+                let (mut found, mut before) = (Vec::new(), 0);
+                for mut part in whole.clone().parts(size) {
+                    while let Some(l) = part.next() {
+                        found.push((before + l.number, lossy(l.keyword), lossy(l.rest)));
+                    }
+                    before += part.number;
+                }
+                assert_eq!(found, all(text.as_bytes()), "{text:?} by {size}");
+            }
+        }
+    }
+
+    #[test]
     fn words_end_at_a_comment_and_plain_numbers_are_what_the_standard_parser_reads() {
         let words: Vec<_> = Words(b" 1 -2.5\t3#note 4").map(lossy).collect();
         assert_eq!(words, ["1", "-2.5", "3"]);
@@ -229,6 +280,14 @@ mod tests {
         for good in ["1", "-1.5", "+.5", "5.", "1e38", "-3E+2", "1e-400"] {
             assert_eq!(check_number(good.as_bytes()), Ok(()), "{good}");
             assert!(good.parse::<f64>().is_ok());
+        }
+        for (good, count) in [("1 -2.5 .3", 3), ("-0.", 1)] {
+            assert!(are_plain(good.as_bytes(), count));
+            assert!(good.split(' ').all(|word| is_plain(word.as_bytes())));
+        }
+        for bad in ["", "1 2", "1 2 3 4", "1 2  3", "1 2 -", "1 . 3", "1 2 3-", "1 2 1e3", "1 2 3 ", " 1 2 3", "1\t2 3"]
+        {
+            assert!(!are_plain(bad.as_bytes(), 3), "{bad}");
         }
         for bad in ["", ".", "-", "+-1", "1.2.3", "nan", "-inf", "1e39", "1,5", "0x10", "1.#INF", "١"] {
             assert!(check_number(bad.as_bytes()).is_err(), "{bad}");

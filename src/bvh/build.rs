@@ -5,6 +5,7 @@ use super::{Bvh, Isa, MAX_DEPTH, collapse};
 use crate::geometry::Aabb;
 use glam::{Vec3, Vec4};
 use std::num::NonZeroUsize;
+use std::sync::{Mutex, PoisonError};
 
 const BINS: usize = 16;
 
@@ -141,10 +142,17 @@ impl Builder {
         let right_link;
         if threads > 1 && left.len().min(right.len()) >= PARALLEL {
             let half = threads / 2;
+            let slot = Mutex::new(Some(left));
+            let build_left = || {
+                let left = slot.lock().unwrap_or_else(PoisonError::into_inner).take();
+                left.map_or_else(Vec::new, |left| self.subtree(left, first, depth + 1, half))
+            };
             let (l, r) = std::thread::scope(|scope| {
-                let l = scope.spawn(|| self.subtree(left, first, depth + 1, half));
+                let other = std::thread::Builder::new().spawn_scoped(scope, build_left);
                 let r = self.subtree(right, first + middle, depth + 1, threads - half);
-                (l.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), r)
+                // Where there is no thread to be had, this one does both halves.
+                let l = other.map(|handle| handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+                (l.unwrap_or_else(|_| build_left()), r)
             });
             append(nodes, l);
             right_link = nodes.len();

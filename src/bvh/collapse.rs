@@ -3,7 +3,7 @@
 //! On blobs100k it beat greedy collapsing of the largest child by 7 to 14 % of trace time (kernels.md, lesson 2).
 
 use super::build::{BinaryNode, PrimRef};
-use super::{Child, EMPTY_SLOT, MAX_LEAF_BLOCKS, Node};
+use super::{Child, EMPTY_SLOT, MAX_BLOCKS, MAX_LEAF_BLOCKS, Node};
 use crate::geometry::Aabb;
 
 /// Cost of testing a node over that of testing a block. Flat between 0.7 and 1.5 (kernels.md).
@@ -165,7 +165,7 @@ impl Layout<'_> {
         let first = self.slots.len() / self.block_size;
         let range = plan.first as usize..(plan.first + plan.primitives) as usize;
         let blocks = range.len().div_ceil(self.block_size);
-        debug_assert!(blocks <= MAX_LEAF_BLOCKS);
+        assert!(blocks <= MAX_LEAF_BLOCKS && first + blocks <= MAX_BLOCKS, "more than 2^27 blocks of primitives");
         self.slots.extend(self.refs[range].iter().map(PrimRef::index));
         self.slots.resize((first + blocks) * self.block_size, EMPTY_SLOT);
         Child::leaf(first, blocks)

@@ -55,7 +55,7 @@ impl BoxTest for PaddedSlab {
 
     #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
-        SlabLanes::new(lanes, self.reciprocal, self.near, self.far, self.t_min)
+        SlabLanes::new(lanes, self.reciprocal, [self.near, self.far], self.t_min, Self::ENTRY_FACTOR)
     }
     #[inline(always)]
     fn entries<L: Lanes>(&self, lanes: L, p: &SlabLanes<L>, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {
@@ -68,7 +68,7 @@ impl BoxTest for PlainSlab {
 
     #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
-        SlabLanes::new(lanes, self.reciprocal, self.offset, self.offset, self.t_min)
+        SlabLanes::new(lanes, self.reciprocal, [self.offset; 2], self.t_min, 1.0)
     }
     #[inline(always)]
     fn entries<L: Lanes>(&self, lanes: L, p: &SlabLanes<L>, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {

@@ -63,6 +63,9 @@ const FIRST_MASK: u32 = (1 << COUNT_SHIFT) - 1;
 /// Most blocks that a leaf can hold.
 const MAX_LEAF_BLOCKS: usize = 15;
 
+/// Most blocks that a tree can hold.
+const MAX_BLOCKS: usize = 1 << COUNT_SHIFT;
+
 impl Child {
     const ABSENT: Child = Child(LEAF);
 

@@ -199,8 +199,8 @@ impl BlockTest for WatertightTest {
         let u = 1.0 / 16_777_216.0;
         let d = 13.0 * u * extent;
         let origin_size = ox.abs().max(oy.abs()).max(oz.abs());
-        // Beyond 1e7 extents the bound does not hold: every lane goes to the f64 test.
-        let floor = if origin_size <= 1e7 * extent { (6.0 * d * d) as f32 } else { f32::INFINITY };
+        // Beyond 1e7 extents the bound does not hold, and beyond 1e15 f32 products overflow: every lane goes to the f64 test.
+        let floor = if origin_size <= 1e7 * extent && extent <= 1e15 { (6.0 * d * d) as f32 } else { f32::INFINITY };
         let mut test = Self {
             slope: [sx as f32, sy as f32],
             offset: [(sx * oz - ox) as f32, (sy * oz - oy) as f32],
@@ -219,6 +219,9 @@ impl BlockTest for WatertightTest {
 
     #[inline(always)]
     fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32 {
+        if self.slack[1] == f32::INFINITY {
+            return 0xff;
+        }
         let [kx, ky, kz] = self.exact.axes;
         let coordinate = |corner: usize, axis: usize| lanes.load(&block.corners[corner][axis]);
         let (sx, sy) = (lanes.splat(self.slope[0]), lanes.splat(self.slope[1]));

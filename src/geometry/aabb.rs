@@ -64,11 +64,6 @@ impl Aabb {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// Twice the centre (so that nothing is rounded twice).
-    pub fn doubled_centre(&self) -> Vec3 {
-        self.lower + self.upper
-    }
-
     /// Whether `other` lies inside, borders included.
     pub fn encloses(&self, other: &Aabb) -> bool {
         self.lower.cmple(other.lower).all() && self.upper.cmpge(other.upper).all()

@@ -11,7 +11,7 @@ pub(super) fn roots(a: f64, b: f64, c: f64, sqrt_disc: f64) -> (f64, f64) {
     if t0 < t1 { (t0, t1) } else { (t1, t0) }
 }
 
-/// The school formula in f32: the first root greater than `t_min`, or `None`.
+/// The school formula in f32: both roots, or `None`.
 pub(super) fn classic_roots_f32(a: f32, b: f32, c: f32) -> Option<[f32; 2]> {
     let disc = b * b - a * c;
     if disc < 0.0 {

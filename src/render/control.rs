@@ -3,23 +3,25 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 
-/// Flags that workers look at before every sample.
+/// Flags that workers look at before every ray.
 #[derive(Debug, Default)]
 pub(super) struct Control {
+    /// Whether either of the others is set: what tracing looks at.
+    stop: AtomicBool,
     cancelled: AtomicBool,
     paused: AtomicBool,
-    /// For sleeping; the flags are read without it.
+    /// For changing flags and for sleeping; `stop` is read without it.
     gate: Mutex<()>,
     changed: Condvar,
 }
 
 impl Control {
-    /// Ends the render: workers stop before their next sample, asleep or not.
+    /// Ends the render: workers stop before their next ray, asleep or not.
     pub fn cancel(&self) {
         self.set(&self.cancelled, true);
     }
 
-    /// Puts the workers to sleep before their next sample, or wakes them.
+    /// Puts the workers to sleep before their next ray, or wakes them.
     pub fn pause(&self, paused: bool) {
         self.set(&self.paused, paused);
     }
@@ -27,12 +29,14 @@ impl Control {
     fn set(&self, flag: &AtomicBool, value: bool) {
         let _gate = self.gate.lock().unwrap_or_else(PoisonError::into_inner);
         flag.store(value, Ordering::Relaxed);
+        let stop = self.cancelled.load(Ordering::Relaxed) || self.paused.load(Ordering::Relaxed);
+        self.stop.store(stop, Ordering::Relaxed);
         self.changed.notify_all();
     }
 
-    /// Whether there is anything to heed: then call [`Control::wait`].
-    pub fn calls(&self) -> bool {
-        self.paused.load(Ordering::Relaxed) || self.cancelled.load(Ordering::Relaxed)
+    /// Set while there is something to heed: then stop tracing, in the middle of a sample too, and call [`Control::wait`].
+    pub fn stop(&self) -> &AtomicBool {
+        &self.stop
     }
 
     /// Sleeps while paused. Whether to go on: false once cancelled.

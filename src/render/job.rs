@@ -6,7 +6,7 @@ use super::pass::Pass;
 use super::tile::{Rect, Tile, is_valid_side};
 use crate::scene::Scene;
 use crate::shading::sampler;
-use crossbeam_channel::{Receiver, Sender, bounded, unbounded};
+use crossbeam_channel::{Receiver, Sender, TrySendError, bounded, unbounded};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -76,7 +76,7 @@ impl Drop for RenderHandle {
 /// in one pair of hands at a time, and nobody waits for anybody.
 ///
 /// # Panics
-/// If `settings.tile_size` is not a multiple of 8, or if the system refuses to start a thread.
+/// If `settings.tile_size` is not a multiple of 8.
 pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
     assert!(is_valid_side(settings.tile_size), "tile size {} is not a multiple of 8", settings.tile_size);
     let control = Arc::new(Control::default());
@@ -99,18 +99,26 @@ pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
             queue: queue.clone(),
             requeue: queue_sender.clone(),
             open: open.clone(),
-            threads: settings.threads.get(),
         };
         let started =
             thread::Builder::new().name(format!("render {index}")).stack_size(STACK).spawn(move || worker.run());
         if let Err(error) = started {
-            let message = format!("the system started no thread: {error}");
-            let _ = event_sender.send(RenderEvent::Failed(RenderError { worker: index, message }));
             control.cancel();
+            let message = format!("the system started no thread: {error}");
+            report_failure(&event_sender, &events, RenderError { worker: index, message });
             break;
         }
     }
     RenderHandle { events, control }
+}
+
+/// Puts the failure into the channel though nobody reads yet: what workers have reported gives way to it.
+fn report_failure(sender: &Sender<RenderEvent>, events: &Receiver<RenderEvent>, error: RenderError) {
+    let mut event = RenderEvent::Failed(error);
+    while let Err(TrySendError::Full(back)) = sender.try_send(event) {
+        let _ = events.try_recv();
+        event = back;
+    }
 }
 
 /// A tile with the number of its next pass; `None` tells a worker to go home.
@@ -126,7 +134,6 @@ struct Worker {
     requeue: Sender<Job>,
     /// Tiles that are not through all passes.
     open: Arc<AtomicUsize>,
-    threads: usize,
 }
 
 impl Worker {
@@ -140,8 +147,8 @@ impl Worker {
             let message = text(&*panic).unwrap_or_else(|| "panic without a message".into());
             let _ = self.events.send(RenderEvent::Failed(RenderError { worker: self.index, message }));
         }
-        // Wake those that wait for a tile: there will be none.
-        self.dismiss_all();
+        // Wake one that waits for a tile, since there will be none; it wakes the next.
+        let _ = self.requeue.send(None);
     }
 
     fn work(&self) {
@@ -164,12 +171,6 @@ impl Worker {
                 let _ = self.events.send(RenderEvent::Finished);
                 return;
             }
-        }
-    }
-
-    fn dismiss_all(&self) {
-        for _ in 0..self.threads {
-            let _ = self.requeue.send(None);
         }
     }
 }

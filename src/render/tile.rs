@@ -5,7 +5,8 @@ use super::event::{TileImage, TileStats};
 use super::pass::{COARSEST, Pass};
 use crate::math::{Rgb, sample_in_pixel};
 use crate::scene::Scene;
-use crate::shading::Sampler;
+use crate::shading::{RayCounts, Sampler};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// A rectangle of pixels of the film.
@@ -55,8 +56,7 @@ pub struct Tile {
 impl Tile {
     /// A rectangle without samples.
     pub fn new(rect: Rect) -> Self {
-        let n = rect.width as usize * rect.height as usize;
-        Self { rect, sums: vec![Rgb::BLACK; n], counts: vec![0; n] }
+        Self { rect, sums: Vec::new(), counts: Vec::new() }
     }
 
     /// Its pixels.
@@ -72,21 +72,31 @@ impl Tile {
         pass: Pass,
         control: &Control,
     ) -> Option<TileStats> {
+        // Sums get their memory here, so that starting a render takes none.
+        self.sums.resize(self.rect.area() as usize, Rgb::BLACK);
+        self.counts.resize(self.rect.area() as usize, 0);
         let mut stats = TileStats::default();
         let mut start = Instant::now();
         let Rect { x, y, width, height } = self.rect;
         for (at, (row, column)) in (0..height).flat_map(|row| (0..width).map(move |column| (row, column))).enumerate() {
             let (px, py) = (x + column, y + row);
             for index in pass.samples_at(px, py) {
-                if control.calls() {
+                let (u, v) = sample_in_pixel(px, py, index);
+                let (x, y) = (f64::from(px) + u, f64::from(py) + v);
+                let (radiance, rays) = loop {
+                    let mut rays = RayCounts::default();
+                    let radiance = sampler(scene, x, y, &mut rays, control.stop());
+                    if !control.stop().load(Ordering::Relaxed) {
+                        break (radiance, rays);
+                    }
+                    // The sample may not be whole: once awake it is traced again.
                     stats.busy += start.elapsed();
                     if !control.wait() {
                         return None;
                     }
                     start = Instant::now();
-                }
-                let (u, v) = sample_in_pixel(px, py, index);
-                let radiance = sampler(scene, f64::from(px) + u, f64::from(py) + v, &mut stats.rays);
+                };
+                stats.rays += rays;
                 stats.samples += 1;
                 if radiance.is_finite() {
                     self.sums[at] += radiance;

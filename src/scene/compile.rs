@@ -6,7 +6,7 @@ use super::{
     Assets, Camera, Geometry, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape, Summary,
     Texture,
 };
-use crate::assets::{AssetError, load_image, load_obj};
+use crate::assets::{AssetError, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
     Entry, MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable,
@@ -16,7 +16,7 @@ use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -139,6 +139,7 @@ struct Loaded {
     build_time: Duration,
 }
 
+/// Models one after the other, each by all threads, for they may be large; then all pictures at once.
 fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, CompileError> {
     let mut assets = Assets::default();
     let mut build_time = Duration::ZERO;
@@ -151,7 +152,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
         let mesh = match previous.and_then(|p| p.meshes.get(&key)) {
             Some(mesh) => mesh.clone(),
             None => {
-                let model = load_obj(file, *crease)
+                let model = load_obj(file, *crease, threads())
                     .map_err(|error| CompileError::Asset { user: part(index, &object.name), error })?;
                 let start = Instant::now();
                 let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
@@ -173,16 +174,19 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
             (m, Part { entry, label })
         })
     });
+    let (mut seen, mut missing) = (HashSet::new(), Vec::new());
     for (material, user) in described.chain(of_meshes) {
         let Some(TextureDesc { source: TextureSource::Image { file, .. }, .. }) = &material.texture else { continue };
-        if assets.images.contains_key(file) {
-            continue;
+        if let Some(image) = previous.and_then(|p| p.images.get(file)) {
+            assets.images.insert(file.clone(), image.clone());
+        } else if seen.insert(file) {
+            missing.push((file, user));
         }
-        let image = match previous.and_then(|p| p.images.get(file)) {
-            Some(image) => image.clone(),
-            None => Arc::new(load_image(file).map_err(|error| CompileError::Asset { user, error })?),
-        };
-        assets.images.insert(file.clone(), image);
+    }
+    let files: Vec<&Path> = missing.iter().map(|(file, _)| file.as_path()).collect();
+    for ((file, user), image) in missing.into_iter().zip(load_images(&files, threads())) {
+        let image = image.map_err(|error| CompileError::Asset { user, error })?;
+        assets.images.insert(file.clone(), Arc::new(image));
     }
     Ok(Loaded { assets, build_time })
 }

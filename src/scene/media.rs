@@ -76,19 +76,22 @@ impl Scene {
     pub fn media_at(&self, point: DVec3) -> MediumStack {
         let mut media = MediumStack::default();
         for index in 0..self.objects().len() as u32 {
-            let material = self.material_of(index, 0);
-            if self.materials[material as usize].transmit > 0.0 && self.is_inside(index, point) {
-                media = media.entered(index, material);
+            if let Some(primitive) = self.inside_of(index, point) {
+                let material = self.material_of(index, primitive);
+                if self.materials[material as usize].transmit > 0.0 {
+                    media = media.entered(index, material);
+                }
             }
         }
         media
     }
 
-    /// Whether `point` is inside the body of an object. A quad has none; a plane's is the half-space below.
-    fn is_inside(&self, index: u32, point: DVec3) -> bool {
+    /// If `point` is inside the body of an object, a primitive whose material tells what is there. A quad has no inside; a
+    /// plane's is the half-space below.
+    fn inside_of(&self, index: u32, point: DVec3) -> Option<u32> {
         let object = &self.objects()[index as usize];
         let p = object.map.inverse.transform_point3(point);
-        match &object.shape {
+        let inside = match &object.shape {
             Shape::Ball { centre, radius } => point.distance(*centre) < *radius,
             Shape::Ellipsoid => p.length() < 1.0,
             Shape::Cuboid => p.abs().max_element() < 1.0,
@@ -96,23 +99,25 @@ impl Scene {
             Shape::Cone => p.y > -1.0 && p.x.hypot(p.z) < (1.0 - p.y) / 2.0,
             Shape::Plane => p.y < 0.0,
             Shape::Quad => false,
-            Shape::Mesh(mesh) => mesh.encloses::<Robust>(p),
-        }
+            Shape::Mesh(mesh) => return mesh.enclosing_triangle::<Robust>(p),
+        };
+        inside.then_some(0)
     }
 }
 
 impl super::Mesh {
-    /// Whether a point of object space is inside: more surfaces of the mesh are left than entered on the way out. Surfaces
-    /// are counted by their side, so that a hit on a shared edge does not upset the count.
-    fn encloses<K: TreeKernels>(&self, point: DVec3) -> bool {
+    /// If a point of object space is inside, a triangle around it: more surfaces of the mesh are left than entered on the way
+    /// out. Surfaces are counted by their side, so that a hit on a shared edge does not upset the count.
+    fn enclosing_triangle<K: TreeKernels>(&self, point: DVec3) -> Option<u32> {
         // An arbitrary direction without symmetry, so that no common mesh has an edge in its way.
         let direction = DVec3::new(0.541_196_1, 0.640_293_7, 0.545_147_9);
         let mut ray = Ray::new(point, direction);
-        let mut depth = 0i64;
+        let (mut depth, mut first) = (0i64, None);
         while let Some(hit) = self.intersect::<K>(&ray) {
             depth += if self.normal_of(hit.triangle).dot(direction) > 0.0 { 1 } else { -1 };
+            first = first.or(Some(hit.triangle));
             ray.t_min = hit.t;
         }
-        depth > 0
+        first.filter(|_| depth > 0)
     }
 }

@@ -55,7 +55,7 @@ pub enum Shape {
 const ERROR: f64 = 64.0 / 9_007_199_254_740_992.0;
 
 impl Object {
-    /// Places a shape. `size` scales the canonical shape to the described one.
+    /// Places a shape.
     pub(super) fn new(shape: Shape, world_from_shape: Affine, source: u32) -> Self {
         let det = world_from_shape.forward.matrix3.determinant().abs();
         let volume = det
@@ -68,14 +68,14 @@ impl Object {
                 Shape::Quad => 0.0,
                 Shape::Mesh(mesh) => mesh.volume,
             };
-        let mut object = Self {
-            shape,
-            map: world_from_shape,
-            source,
-            volume,
-            error_scale: ERROR * world_from_shape.condition,
-            reach: 0.0,
+        // Shapes bounded by planes along their axes are met axis by axis; for the others errors along a long axis reach the
+        // short ones through products.
+        let condition = match &shape {
+            Shape::Cuboid | Shape::Plane | Shape::Quad => 1.0,
+            _ => world_from_shape.condition,
         };
+        let mut object =
+            Self { shape, map: world_from_shape, source, volume, error_scale: ERROR * condition, reach: 0.0 };
         if let Some(bounds) = object.bounds() {
             object.reach = bounds.lower.abs().max(bounds.upper.abs()).as_dvec3().length();
         } else {

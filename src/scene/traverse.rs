@@ -116,22 +116,6 @@ impl Scene {
             || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.bounded, ask)).0
     }
 
-    /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t.
-    pub fn transmittance<K: TreeKernels>(&self, ray: &Ray) -> f64 {
-        let (mut ray, mut part) = (*ray, 1.0);
-        while part > 0.0 {
-            let Some(hit) = self.intersect::<K>(&ray) else { break };
-            let transmit = |hit: &Hit| self.materials[self.material_of(hit.object, hit.primitive) as usize].transmit;
-            part *= transmit(&hit);
-            // Faces that touch are met at the same t, and all of them take their part.
-            let slack = hit.t * f64::EPSILON;
-            self.coincident::<K>(&ray, &hit, slack, |other| part *= transmit(&other));
-            // The same ray goes on behind the hit: nothing is computed anew, so nothing is met twice or skipped.
-            ray.t_min = hit.t + slack;
-        }
-        part
-    }
-
     /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
     /// of them start behind all of them, so a crossing has to deal with them together.
     pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, visit: impl FnMut(Hit)) {

@@ -8,6 +8,7 @@ use crate::math::Rgb;
 use crate::scene::{Illumination, Material, MediumStack, Scene};
 use glam::DVec3;
 use std::ops::AddAssign;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Rays by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,8 +40,10 @@ impl AddAssign for RayCounts {
 }
 
 /// What the camera sees through the point (x, y) of the film, in pixels from its upper left corner. Counts the rays that
-/// it takes. Not finite only where the arithmetic of `Classic` or `Fast` fails.
-pub type Sampler = fn(&Scene, f64, f64, &mut RayCounts) -> Rgb;
+/// it takes. Not finite where the arithmetic of `Classic` or `Fast` fails, or where light is beyond the range of f64.
+///
+/// The flag ends it early: once it is set, no further ray is traced, and what is returned means nothing.
+pub type Sampler = fn(&Scene, f64, f64, &mut RayCounts, &AtomicBool) -> Rgb;
 
 /// The sampler for a scene's numerics and lighting model.
 pub fn sampler(render: &RenderDesc) -> Sampler {
@@ -61,7 +64,13 @@ fn with_kernels<K: TreeKernels>(shading: Shading) -> Sampler {
 }
 
 /// Lambert and Phong: one ray, no others.
-fn sample_local<K: TreeKernels, const HIGHLIGHTS: bool>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
+fn sample_local<K: TreeKernels, const HIGHLIGHTS: bool>(
+    scene: &Scene,
+    x: f64,
+    y: f64,
+    counts: &mut RayCounts,
+    _stop: &AtomicBool,
+) -> Rgb {
     counts.camera += 1;
     let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
     let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
@@ -78,11 +87,11 @@ fn sample_local<K: TreeKernels, const HIGHLIGHTS: bool>(scene: &Scene, x: f64, y
     )
 }
 
-fn sample_whitted<K: TreeKernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts) -> Rgb {
+fn sample_whitted<K: TreeKernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts, stop: &AtomicBool) -> Rgb {
     counts.camera += 1;
     let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
     let media = scene.media_at_start(ray.origin);
-    Whitted { scene, counts }.radiance::<K>(ray, media, Path { depth: 0, weight: 1.0 })
+    Whitted { scene, counts, stop }.radiance::<K>(ray, media, Path { depth: 0, weight: 1.0 })
 }
 
 /// What lies between the eye and the start of a ray.
@@ -109,6 +118,7 @@ impl Path {
 struct Whitted<'a> {
     scene: &'a Scene,
     counts: &'a mut RayCounts,
+    stop: &'a AtomicBool,
 }
 
 /// What a ray meets at the surface of a transparent body.
@@ -117,8 +127,8 @@ enum Crossing {
     Opaque(Hit),
     /// No change of medium; the bodies behind.
     Nothing(MediumStack),
-    /// A change of medium; the bodies behind.
-    Surface(MediumStack),
+    /// A change of medium; the bodies behind, and the product of all k_t.
+    Surface(MediumStack, f64),
 }
 
 /// How light goes on at a surface: weights and what each ray needs.
@@ -135,6 +145,9 @@ impl Whitted<'_> {
     /// What a ray sees that starts inside of `media` at the end of `path`.
     fn radiance<K: TreeKernels>(&mut self, mut ray: Ray, mut media: MediumStack, path: Path) -> Rgb {
         let scene = self.scene;
+        if self.stop.load(Ordering::Relaxed) {
+            return Rgb::BLACK;
+        }
         loop {
             let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
             let interaction = scene.interaction::<K>(&ray, &hit);
@@ -142,9 +155,7 @@ impl Whitted<'_> {
             if material.transmit == 0.0 {
                 return self.shade::<K>(&ray, &interaction, material, media, None, path);
             }
-            // Rays that go on start up to this much behind the hit.
-            let slant = ray.direction.dot(interaction.geometric_normal).abs().max(1e-3);
-            let slack = 4.0 * interaction.point_error / slant;
+            let slack = slack(&ray, &hit, &interaction);
             match self.cross::<K>(&ray, &hit, &interaction, &media, slack) {
                 Crossing::Opaque(hit) => {
                     let interaction = scene.interaction::<K>(&ray, &hit);
@@ -156,7 +167,7 @@ impl Whitted<'_> {
                     ray.t_min = hit.t + slack;
                     media = beyond;
                 }
-                Crossing::Surface(beyond) => {
+                Crossing::Surface(beyond, _) => {
                     return self.shade::<K>(&ray, &interaction, material, media, Some(beyond), path);
                 }
             }
@@ -175,10 +186,12 @@ impl Whitted<'_> {
         let scene = self.scene;
         let mut beyond = media.crossed(scene, hit.object, interaction.material, interaction.entering);
         let mut opaque: Option<Hit> = None;
+        let mut transmit = scene.materials[interaction.material as usize].transmit;
         scene.coincident::<K>(ray, hit, slack, |other| {
             let material = scene.material_of(other.object, other.primitive);
             if scene.materials[material as usize].transmit > 0.0 {
                 let entering = scene.interaction::<K>(ray, &other).entering;
+                transmit *= scene.materials[material as usize].transmit;
                 beyond = beyond.crossed(scene, other.object, material, entering);
             } else if opaque.is_none_or(|o| other.beats(&o)) {
                 opaque = Some(other);
@@ -188,7 +201,7 @@ impl Whitted<'_> {
             Some(hit) => Crossing::Opaque(hit),
             // The surface of a body inside of one that outranks it is not there.
             None if *media != beyond && media.filling(scene) == beyond.filling(scene) => Crossing::Nothing(beyond),
-            None => Crossing::Surface(beyond),
+            None => Crossing::Surface(beyond, transmit),
         }
     }
 
@@ -207,13 +220,13 @@ impl Whitted<'_> {
         let normal = interaction.shading_normal * side;
         let facet = interaction.geometric_normal * side;
         let mut sum = local_radiance::<K, true>(scene, material, interaction, normal, -ray.direction, |light| {
-            self.visible_part::<K>(interaction, light)
+            self.visible_part::<K>(interaction, light, &media)
         });
         if path.depth >= scene.render.max_depth || (material.reflect == 0.0 && material.transmit == 0.0) {
             return sum;
         }
         let eta = beyond.map(|b| media.ior(scene) / b.ior(scene));
-        let split = split::<K>(material, ray, normal, facet, eta, interaction.entering);
+        let split = split::<K>(material, ray, normal, facet, (media.ior(scene), eta), interaction.entering);
         // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without end.
         let gain = (split.reflect + split.transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
         if let Some(path) = path.after(split.reflect / gain) {
@@ -231,8 +244,38 @@ impl Whitted<'_> {
         sum
     }
 
+    /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t.
+    fn transmittance<K: TreeKernels>(&self, mut ray: Ray, mut media: MediumStack) -> f64 {
+        let mut part = 1.0;
+        while part > 0.0 {
+            let Some(hit) = self.scene.intersect::<K>(&ray) else { break };
+            let interaction = self.scene.interaction::<K>(&ray, &hit);
+            if self.scene.materials[interaction.material as usize].transmit == 0.0 {
+                return 0.0;
+            }
+            let slack = slack(&ray, &hit, &interaction);
+            let beyond = match self.cross::<K>(&ray, &hit, &interaction, &media, slack) {
+                Crossing::Opaque(_) => return 0.0,
+                Crossing::Nothing(beyond) => beyond,
+                Crossing::Surface(beyond, transmit) => {
+                    part *= transmit;
+                    beyond
+                }
+            };
+            // The same ray goes on behind the hit: nothing is computed anew, so nothing is met twice or skipped.
+            ray.t_min = hit.t + slack;
+            media = beyond;
+        }
+        part
+    }
+
     /// Which part of a light in front of the surface arrives.
-    fn visible_part<K: TreeKernels>(&mut self, interaction: &SurfaceInteraction, light: &Illumination) -> f64 {
+    fn visible_part<K: TreeKernels>(
+        &mut self,
+        interaction: &SurfaceInteraction,
+        light: &Illumination,
+        media: &MediumStack,
+    ) -> f64 {
         let ray = match light.position {
             Some(position) => interaction.shadow_ray_to::<K>(position),
             None => Some(interaction.shadow_ray_along::<K>(light.direction)),
@@ -240,7 +283,7 @@ impl Whitted<'_> {
         let Some(ray) = ray else { return 0.0 };
         self.counts.shadow += 1;
         if self.scene.render.shadows == Shadows::Filtered && self.scene.has_media() {
-            self.scene.transmittance::<K>(&ray)
+            self.transmittance::<K>(ray, *media)
         } else if self.scene.occluded::<K>(&ray) {
             0.0
         } else {
@@ -249,20 +292,32 @@ impl Whitted<'_> {
     }
 }
 
-/// Divides k_r and k_t between the mirrored and the refracted ray. `eta`: index before the surface over the one behind it.
+/// How far (in t) around a hit other surfaces are taken to touch it: rays that go on start up to this much behind it.
+fn slack(ray: &Ray, hit: &Hit, interaction: &SurfaceInteraction) -> f64 {
+    // The rounding of t, far from the camera much more than that of the point.
+    let of_t = hit.reach() - hit.t;
+    let slant = ray.direction.dot(interaction.geometric_normal).abs().max(GRAZING);
+    (4.0 * interaction.point_error + of_t) / slant
+}
+
+/// Below this cosine a ray counts as this slanted: where it grazes, touching surfaces can not be told from near ones.
+const GRAZING: f64 = 1e-3;
+
+/// Divides k_r and k_t between the mirrored and the refracted ray. `outside`: index before the
+/// surface; `eta`: that over the one behind it, if light gets there.
 fn split<K: TreeKernels>(
     material: &Material,
     ray: &Ray,
     normal: DVec3,
     facet: DVec3,
-    eta: Option<f64>,
+    (outside, eta): (f64, Option<f64>),
     entering: bool,
 ) -> Split {
     // Toward its silhouette a smooth surface may seem to face away.
     let normal = if ray.direction.dot(normal) < 0.0 { normal } else { facet };
     let Some(eta) = eta else {
         // Opaque: a mirror, or a varnish whose reflection follows Fresnel.
-        let weight = if material.fresnel { fresnel_of(ray, normal, 1.0 / material.ior) } else { 1.0 };
+        let weight = if material.fresnel { fresnel_of(ray, normal, outside / material.ior) } else { 1.0 };
         return Split { normal, reflect: material.reflect * weight, transmit: None };
     };
     let total = Split { normal, reflect: material.reflect + material.transmit, transmit: None };

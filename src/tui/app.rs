@@ -65,6 +65,8 @@ pub struct App {
     /// Shared with a save that is under way, which then costs a copy at the next tile and none if there is no more.
     film: Arc<Film>,
     scene: Option<Arc<Scene>>,
+    /// What the first compile may share.
+    lent: Option<Arc<Scene>>,
     progress: Option<Progress>,
     /// The numbers on the screen and their time: renewed only so often that they can be read.
     shown: Option<(Progress, Instant)>,
@@ -82,11 +84,15 @@ pub struct App {
     /// The program was asked to stop and does not know yet that it goes on.
     stopped: bool,
     hung_up: bool,
+    /// Leaves when the saves that run are done, or else at this time.
+    leaving: Option<(Exit, Instant)>,
     exit: Option<Exit>,
 }
 
 /// How often numbers on the screen change.
 const NUMBERS_PERIOD: Duration = Duration::from_millis(125);
+/// Leaving does not wait longer than this for saves: a pipe that nobody reads or a disk that is gone takes for ever.
+const SAVE_PATIENCE: Duration = Duration::from_secs(2);
 /// Steps of one key press.
 const ORBIT_DEGREES: f64 = 5.0;
 const PAN_PART: f64 = 0.05;
@@ -118,6 +124,7 @@ impl App {
             preview: Preview::default(),
             film,
             scene: None,
+            lent: None,
             progress: None,
             shown: None,
             activity: Activity::Compiling,
@@ -130,10 +137,16 @@ impl App {
             saves_running: 0,
             stopped: false,
             hung_up: false,
+            leaving: None,
             exit: None,
         };
         app.lay_out();
         app
+    }
+
+    /// Lends the first compile a scene that has meshes, pictures or trees which it would read or build again.
+    pub fn lend(&mut self, compiled: Arc<Scene>) {
+        self.lent = Some(compiled);
     }
 
     /// Takes in what happened and tells what has to be done. An edit only marks the description as edited: see
@@ -158,9 +171,14 @@ impl App {
                     Err(reason) => self.tell(Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
                 }
                 self.saved = Some(result);
+                if self.saves_running == 0
+                    && let Some((exit, _)) = self.leaving.take()
+                {
+                    self.exit = Some(exit);
+                }
                 self.end_if_alone();
             }
-            Event::Terminated(signal) => self.exit = Some(Exit::Signal(signal)),
+            Event::Terminated(signal) => self.leave(Exit::Signal(signal), now),
             Event::StopAsked => {
                 self.stopped(true, now);
                 return vec![Effect::Stop];
@@ -179,7 +197,7 @@ impl App {
                     return effects;
                 }
             }
-            Event::Broken(message) => self.exit = Some(Exit::Broken(message)),
+            Event::Broken(message) => self.leave(Exit::Broken(message), now),
         }
         Vec::new()
     }
@@ -191,7 +209,29 @@ impl App {
             return None;
         }
         self.compiling = true;
-        Some((self.desc.clone(), self.scene.clone()))
+        Some((self.desc.clone(), self.lent.take().or_else(|| self.scene.clone())))
+    }
+
+    /// Leaves as soon as no save is under way; at once if that was asked for before.
+    fn leave(&mut self, exit: Exit, now: Instant) {
+        if self.saves_running == 0 || self.leaving.is_some() {
+            self.exit = Some(exit);
+        } else {
+            self.tell(Tone::Plain, format!("saving {}; {} leaves at once", self.output_text(), key_of(Command::Quit)));
+            self.leaving = Some((exit, now + SAVE_PATIENCE));
+        }
+    }
+
+    /// Until when saves may keep the interface from leaving.
+    pub fn leaves_by(&self) -> Option<Instant> {
+        self.leaving.as_ref().map(|(_, by)| *by)
+    }
+
+    /// Leaves without its saves if they have taken too long.
+    pub fn lose_patience(&mut self, now: Instant) {
+        if let Some((exit, _)) = self.leaving.take_if(|(_, by)| *by <= now) {
+            self.exit = Some(exit);
+        }
     }
 
     /// Brings preview and numbers up to date for a frame at `now`.
@@ -227,13 +267,13 @@ impl App {
     pub fn command(&mut self, command: Command, now: Instant) -> Vec<Effect> {
         self.message = None;
         match command {
-            Command::Quit => self.exit = Some(Exit::Quit),
+            Command::Quit => self.leave(Exit::Quit, now),
             Command::TogglePause => match self.activity {
-                Activity::Rendering => return self.set_paused(true, now),
                 Activity::Paused => return self.set_paused(false, now),
-                _ => {}
+                Activity::Finished | Activity::Failed if !self.is_restarting() => {}
+                _ => return self.set_paused(true, now),
             },
-            Command::Restart => self.edited = true,
+            Command::Restart => self.restart(),
             Command::SaveImage => return self.save(),
             Command::ToggleHelp => self.help = !self.help,
             Command::Suspend => return self.update(Event::StopAsked, now),
@@ -297,11 +337,31 @@ impl App {
         let before = (self.desc.camera, self.desc.render);
         let desc = Arc::make_mut(&mut self.desc);
         change(desc);
-        self.edited |= before != (desc.camera, desc.render);
+        if before != (desc.camera, desc.render) {
+            self.restart();
+        }
+    }
+
+    /// A restart ends a pause: whoever edits wants to see what it does. A pause that comes later is one of the new
+    /// render.
+    fn restart(&mut self) {
+        self.edited = true;
+        if self.activity == Activity::Paused {
+            self.activity = Activity::Compiling;
+        }
+    }
+
+    /// Whether a new render is on its way.
+    fn is_restarting(&self) -> bool {
+        self.edited || self.compiling
     }
 
     fn set_paused(&mut self, paused: bool, now: Instant) -> Vec<Effect> {
-        self.activity = if paused { Activity::Paused } else { Activity::Rendering };
+        self.activity = match paused {
+            true => Activity::Paused,
+            false if self.is_restarting() => Activity::Compiling,
+            false => Activity::Rendering,
+        };
         if let Some(progress) = &mut self.progress {
             progress.set_paused(paused, now);
         }
@@ -343,8 +403,12 @@ impl App {
                 self.progress = Some(Progress::new(&scene, self.threads, now));
                 self.shown = None;
                 self.scene = Some(scene.clone());
-                self.activity = Activity::Rendering;
-                vec![Effect::Start(scene)]
+                let mut effects = vec![Effect::Start(scene)];
+                match self.activity {
+                    Activity::Paused => effects.extend(self.set_paused(true, now)),
+                    _ => self.activity = Activity::Rendering,
+                }
+                effects
             }
             Err(error) if self.scene.is_none() => {
                 self.exit = Some(Exit::Compile(error));
@@ -372,6 +436,8 @@ impl App {
                     return self.save();
                 }
             }
+            // Of a render that is about to be replaced.
+            RenderEvent::Finished if self.edited => {}
             RenderEvent::Finished => {
                 self.activity = Activity::Finished;
                 return self.save();
@@ -399,14 +465,13 @@ impl App {
 
     /// Whether every pixel of the film belongs to the newest scene.
     fn is_whole(&self) -> bool {
-        !self.edited && !self.compiling && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
+        !self.is_restarting() && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
     }
 
     /// Without a terminal the program lives only until the picture is saved.
     fn end_if_alone(&mut self) {
-        let working = self.edited
+        let working = self.is_restarting()
             || matches!(self.activity, Activity::Compiling | Activity::Rendering)
-            || self.compiling
             || self.saves_running > 0;
         if self.hung_up && !working {
             self.exit = Some(Exit::Signal(HANG_UP));
@@ -512,6 +577,11 @@ impl App {
     /// The last save: how much of the picture was done, or why it failed.
     pub fn saved(&self) -> Option<&Result<u32, String>> {
         self.saved.as_ref()
+    }
+
+    /// Whether a save is under way.
+    pub fn is_saving(&self) -> bool {
+        self.saves_running > 0
     }
 
     /// Whole percent of the running or finished render.

@@ -26,7 +26,7 @@ pub enum Event {
     Continued,
     /// The terminal is gone.
     HungUp,
-    /// A thread of the interface panicked.
+    /// A thread of the interface could not be started, or panicked.
     Broken(String),
 }
 
@@ -58,6 +58,6 @@ pub enum Exit {
     Signal(i32),
     /// The scene at the start cannot be rendered.
     Compile(CompileError),
-    /// A thread of the interface panicked.
+    /// A thread of the interface could not be started, or panicked.
     Broken(String),
 }

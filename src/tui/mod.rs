@@ -29,18 +29,21 @@ pub mod view;
 pub mod writer;
 
 use crate::description::SceneDesc;
-use crate::scene::CompileError;
+use crate::scene::{CompileError, Scene};
 use std::fmt;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 
 /// What to show, and how.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// The scene at the start.
     pub desc: SceneDesc,
+    /// What was compiled before and shares models with it, so that they are not read again.
+    pub compiled: Option<Arc<Scene>>,
     /// What the scene is called: a file stem or `demo`.
     pub scene_name: String,
     /// Where finished pictures go (`<scene>.png` if the user did not say).
@@ -96,8 +99,8 @@ pub enum Error {
     Terminal(io::Error),
     /// The scene cannot be rendered.
     Compile(CompileError),
-    /// A part of glimt panicked: a bug.
-    Panicked(String),
+    /// A thread could not be started, or panicked.
+    Broken(String),
 }
 
 impl fmt::Display for Error {
@@ -105,7 +108,7 @@ impl fmt::Display for Error {
         match self {
             Self::Terminal(error) => write!(f, "the terminal cannot be used: {error}"),
             Self::Compile(error) => error.fmt(f),
-            Self::Panicked(message) => write!(f, "{message} (this is a bug in glimt)"),
+            Self::Broken(message) => f.write_str(message),
         }
     }
 }

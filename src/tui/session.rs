@@ -17,7 +17,7 @@ use ratatui::layout::Rect;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time between two frames while only the picture changes, and the least time between any two.
@@ -48,13 +48,16 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let mode = ColorMode::detect(options.color, |name| std::env::var(name).ok());
     let size = crossterm::terminal::size().map_err(Error::Terminal)?;
     let (threads, output) = (options.threads, options.output);
-    let app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
+    let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
+    if let Some(compiled) = options.compiled {
+        app.lend(compiled);
+    }
     let events = unbounded();
     let mailbox = Mailbox::default();
     // Signals first: none of them may find the terminal changed and nobody listening.
     let signals = listen::signals(events.0.clone()).map_err(Error::Terminal)?;
     let guard = Guard::enter().map_err(Error::Terminal)?;
-    spawn("signals", &events.0, signals);
+    spawn("signals", &events.0, signals).map_err(Error::Broken)?;
     spawn("keys", &events.0, {
         let (events, mailbox) = (events.0.clone(), mailbox.clone());
         move || {
@@ -63,7 +66,8 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
                 let _ = events.send(Event::HungUp);
             }
         }
-    });
+    })
+    .map_err(Error::Broken)?;
     spawn("screen", &events.0, {
         let (events, mailbox, terminal) = (events.0.clone(), mailbox.clone(), guard.terminal().clone());
         move || {
@@ -71,8 +75,9 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
                 let _ = events.send(Event::HungUp);
             }
         }
-    });
-    let saver = Saver::new(output, &events.0);
+    })
+    .map_err(Error::Broken)?;
+    let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
     let session = Session {
@@ -97,12 +102,16 @@ impl Session {
                 // Its workers make room at once; its picture stays.
                 self.render = None;
                 let events = self.events.0.clone();
-                spawn("compiler", &self.events.0, move || {
+                let begun = spawn("compiler", &self.events.0, move || {
                     let _ = events.send(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
                 });
+                if let Err(refused) = begun {
+                    self.take(Event::Broken(refused));
+                }
             }
             self.draw();
             self.take_events();
+            self.app.lose_patience(Instant::now());
         }
         self.end()
     }
@@ -111,7 +120,7 @@ impl Session {
     fn take_events(&mut self) {
         let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
-        let until = [self.frame_due, clock].into_iter().flatten().min();
+        let until = [self.frame_due, clock, self.app.leaves_by()].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
         let event = select! {
             recv(self.events.1) -> event => event.ok(),
@@ -194,24 +203,24 @@ impl Session {
         self.mailbox.post(Frame { buffer, exact: self.app.is_final() }, fresh);
     }
 
-    /// Restores the terminal, lets saves that have begun come to their end, and says how it went.
+    /// Restores the terminal and says how it went.
     fn end(mut self) -> Result<Outcome, Error> {
         self.render = None;
         self.mailbox.hold();
         drop(self.guard);
-        self.saver.finish();
         let exit = self.app.exit().cloned().unwrap_or(Exit::Quit);
         for event in self.events.1.try_iter().filter(|event| matches!(event, Event::Saved(_))) {
             self.app.update(event, Instant::now());
         }
         let signal = match exit {
             Exit::Compile(error) => return Err(Error::Compile(error)),
-            Exit::Broken(message) => return Err(Error::Panicked(message)),
+            Exit::Broken(message) => return Err(Error::Broken(message)),
             Exit::Signal(number) => Some(number),
             Exit::Quit => None,
         };
         let file = self.app.output_text();
         let (line, code) = match self.app.saved() {
+            _ if self.app.is_saving() => (format!("left before the picture was saved as {file}"), 1),
             Some(Ok(100)) => (format!("saved {file}"), 0),
             Some(Ok(percent)) => (format!("saved {file} at {percent} %"), 0),
             Some(Err(reason)) => (format!("cannot save {file}: {reason}"), 1),
@@ -222,44 +231,42 @@ impl Session {
 }
 
 /// The thread that writes pictures, one after the other.
-struct Saver {
-    films: Sender<(Arc<Film>, u32)>,
-    thread: JoinHandle<()>,
-}
+struct Saver(Sender<(Arc<Film>, u32)>);
 
 impl Saver {
-    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Self {
+    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Result<Self, String> {
         let (films, queue) = unbounded::<(Arc<Film>, u32)>();
         let told = events.clone();
-        let thread = spawn("saver", events, move || {
+        spawn("saver", events, move || {
             for (film, percent) in queue {
                 let result = save_png(&film, &output).map(|()| percent).map_err(|error| error.to_string());
                 let _ = told.send(Event::Saved(result));
             }
-        });
-        Self { films, thread }
+        })?;
+        Ok(Self(films))
     }
 
     fn save(&self, film: Arc<Film>, percent: u32) {
         // If the thread has panicked, the interface knows already.
-        let _ = self.films.send((film, percent));
-    }
-
-    /// Waits until all is written.
-    fn finish(self) {
-        drop(self.films);
-        let _ = self.thread.join();
+        let _ = self.0.send((film, percent));
     }
 }
 
-/// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still.
-fn spawn(name: &str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> JoinHandle<()> {
-    let (title, events) = (name.to_string(), events.clone());
-    thread::spawn(move || {
+/// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still. The error
+/// tells why the system refuses the thread.
+fn spawn(title: &'static str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    let events = events.clone();
+    let guarded = move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {
-            let _ = events.send(Event::Broken(format!("the thread for {title} panicked: {}", panic_text(&*panic))));
+            let text = panic_text(&*panic);
+            let broken = format!("the thread for {title} panicked: {text} (this is a bug in glimt)");
+            let _ = events.send(Event::Broken(broken));
         }
-    })
+    };
+    match thread::Builder::new().name(title.into()).spawn(guarded) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(format!("cannot start a thread for {title}: {error}")),
+    }
 }
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {

@@ -16,6 +16,7 @@ use glimt::shading::{RayCounts, sampler};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A vector, in few letters.
 pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -385,7 +386,13 @@ pub fn assert_exact(
     for y in 0..desc.film.height {
         for x in 0..desc.film.width {
             let Some(want) = expected(x, y) else { continue };
-            let got = sampler(&scene, f64::from(x) + 0.5, f64::from(y) + 0.5, &mut RayCounts::default());
+            let got = sampler(
+                &scene,
+                f64::from(x) + 0.5,
+                f64::from(y) + 0.5,
+                &mut RayCounts::default(),
+                &AtomicBool::new(false),
+            );
             for (got, want) in [got.r, got.g, got.b].into_iter().zip(want) {
                 let error = (got - want).abs() / want.abs().max(1.0);
                 assert!(error <= limit, "{name}: ({x}, {y}) is {got} in f64, expected {want}: off by {error:e}");

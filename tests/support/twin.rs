@@ -288,7 +288,18 @@ impl Twin {
                     0.0
                 }
             }
-            Shadows::Filtered => between.map(|h| self.bodies[h.body].material.transmit).product(),
+            Shadows::Filtered => between
+                .map(|h| {
+                    let body = &self.bodies[h.body];
+                    let q = p + toward * h.t;
+                    let solid = !matches!(body.form, Form::Shape(ShapeDesc::Quad { .. }));
+                    // A surface inside of a body that outranks its own is not there.
+                    let drowned = body.material.transmit > 0.0
+                        && solid
+                        && self.medium(q - toward * 1e-7) == self.medium(q + toward * 1e-7);
+                    if drowned { 1.0 } else { body.material.transmit }
+                })
+                .product(),
         }
     }
 
@@ -359,7 +370,7 @@ impl Twin {
         if material.fresnel {
             let f = match (kt > 0.0, entering) {
                 (true, _) => super::fresnel_reflectance(cos, 1.0 / ratio),
-                (false, true) => super::fresnel_reflectance(cos, material.ior / self.desc.world.ior),
+                (false, true) => super::fresnel_reflectance(cos, material.ior / self.ior(self.medium(p - d * 1e-7))),
                 (false, false) => 1.0,
             };
             (kr, kt) = if kt > 0.0 { ((kr + kt) * f, (kr + kt) * (1.0 - f)) } else { (kr * f, 0.0) };

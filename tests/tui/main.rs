@@ -195,6 +195,26 @@ fn a_burst_of_keys_is_one_restart_with_all_of_them() {
 }
 
 #[test]
+fn a_model_that_is_compiled_already_is_not_read_again() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tui-lend");
+    std::fs::create_dir_all(&directory).unwrap();
+    let file = directory.join("triangle.obj");
+    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mesh = ObjectDesc::new(ShapeDesc::Mesh { file: file.clone(), crease: 30.0 });
+    let desc = SceneDesc { objects: vec![mesh], ..scene() };
+    let alone = compile(&desc, None).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let app = App::new(desc, "triangle", Path::new("triangle.png"), 2, ColorMode::None, (80, 24));
+    let mut stage = Stage { app, now: Instant::now(), effects: Vec::new() };
+    stage.app.lend(Arc::new(alone));
+    for _ in 0..2 {
+        assert!(stage.compile());
+        assert_eq!((stage.app.exit(), stage.app.activity()), (None, Activity::Rendering));
+        stage.keys("r");
+    }
+}
+
+#[test]
 fn a_key_at_its_limit_restarts_nothing() {
     let mut stage = Stage::started((80, 24));
     stage.keys("NNNN");
@@ -217,6 +237,41 @@ fn space_pauses_and_goes_on() {
     assert_eq!(stage.app.activity(), Activity::Rendering);
     // An edit while paused is meant to be seen.
     stage.keys(" h");
+    assert!(stage.compile());
+    assert_eq!(stage.app.activity(), Activity::Rendering);
+}
+
+#[test]
+fn a_pause_while_the_compiler_is_at_work_is_one_of_the_new_render() {
+    let mut stages =
+        [Stage::new((200, 60), ColorMode::Truecolor), Stage::started((200, 60)), Stage::finished((200, 60))];
+    for stage in &mut stages {
+        stage.keys("r");
+        let (desc, previous) = stage.app.begin_compile().unwrap();
+        stage.keys(" ");
+        assert!(stage.status().contains("paused"), "{}", stage.status());
+        stage.effects.clear();
+        stage.tell(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+        assert!(matches!(stage.effects[..], [Effect::Start(_), Effect::Pause(true)]));
+        assert_eq!(stage.app.activity(), Activity::Paused);
+        // The clock stands.
+        stage.now += Duration::from_secs(100);
+        stage.keys(" ");
+        assert_eq!(stage.app.activity(), Activity::Rendering);
+        stage.now += Duration::from_secs(1);
+        assert!(
+            stage.text().lines().any(|line| line.contains("elapsed") && line.ends_with("  1.0 s ")),
+            "{}",
+            stage.text()
+        );
+    }
+    // In one batch with the key that restarts, in which the old render ends too; and taken back.
+    let mut stage = Stage::started((80, 24));
+    stage.keys("r ");
+    stage.tell(Event::Render(RenderEvent::Finished));
+    assert!(stage.compile());
+    assert_eq!(stage.app.activity(), Activity::Paused);
+    stage.keys("r  ");
     assert!(stage.compile());
     assert_eq!(stage.app.activity(), Activity::Rendering);
 }
@@ -306,6 +361,42 @@ fn quitting_is_one_key() {
         stage.tell(Event::Key(key));
         assert_eq!(stage.app.exit(), Some(&Exit::Quit));
     }
+}
+
+#[test]
+fn quitting_waits_for_a_save_until_it_is_done_or_two_seconds_are_over_or_it_is_asked_for_again() {
+    let saving = || {
+        let mut stage = Stage::finished((80, 24));
+        stage.keys("sq");
+        assert!(stage.app.exit().is_none() && stage.app.is_saving());
+        assert!(stage.status().contains("saving balls.png; q leaves at once"), "{}", stage.status());
+        stage
+    };
+    let mut stage = saving();
+    stage.tell(Event::Saved(Ok(100)));
+    assert_eq!((stage.app.exit(), stage.app.is_saving()), (Some(&Exit::Quit), false));
+
+    for (event, exit) in [(Event::Key(Key::ctrl('c')), Exit::Quit), (Event::Terminated(15), Exit::Signal(15))] {
+        let mut stage = saving();
+        stage.tell(event);
+        assert_eq!((stage.app.exit(), stage.app.is_saving()), (Some(&exit), true));
+    }
+
+    let mut stage = saving();
+    let by = stage.app.leaves_by().expect("there is a bound");
+    assert_eq!(by - stage.now, Duration::from_secs(2));
+    stage.app.lose_patience(by - Duration::from_millis(1));
+    assert_eq!(stage.app.exit(), None);
+    stage.app.lose_patience(by);
+    assert_eq!((stage.app.exit(), stage.app.is_saving()), (Some(&Exit::Quit), true));
+
+    // A first signal waits as a first key does.
+    let mut stage = Stage::finished((80, 24));
+    stage.keys("s");
+    stage.tell(Event::Terminated(15));
+    assert_eq!(stage.app.exit(), None);
+    stage.tell(Event::Saved(Ok(100)));
+    assert_eq!(stage.app.exit(), Some(&Exit::Signal(15)));
 }
 
 #[test]

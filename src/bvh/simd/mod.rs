@@ -20,9 +20,9 @@ pub use traverse::LeafVisitor;
 pub enum Isa {
     /// Any processor; on x86-64 SSE2.
     Portable,
-    /// x86-64 with AVX2 and FMA.
+    /// x86-64 with AVX2, FMA, BMI 1 and 2, LZCNT and POPCNT.
     Avx2,
-    /// x86-64 with AVX-512 F, VL, DQ and BW.
+    /// The same with AVX-512 F, VL, DQ and BW.
     Avx512,
 }
 
@@ -41,7 +41,14 @@ impl Isa {
         #[cfg(target_arch = "x86_64")]
         match self {
             Isa::Portable => true,
-            Isa::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Isa::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
             Isa::Avx512 => {
                 Isa::Avx2.is_available()
                     && is_x86_feature_detected!("avx512f")

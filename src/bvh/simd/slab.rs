@@ -10,6 +10,7 @@ pub struct SlabLanes<L: Lanes> {
     near: [L::V; 3],
     far: [L::V; 3],
     t_min: L::V,
+    entry_factor: L::V,
     /// Row of the near plane of each axis; the far one is its neighbour, row ^ 1.
     rows: [usize; 3],
 }
@@ -17,7 +18,7 @@ pub struct SlabLanes<L: Lanes> {
 impl<L: Lanes> SlabLanes<L> {
     /// Spreads a slab's numbers.
     #[inline(always)]
-    pub fn new(lanes: L, reciprocal: [f32; 3], near: [f32; 3], far: [f32; 3], t_min: f32) -> Self {
+    pub fn new(lanes: L, reciprocal: [f32; 3], [near, far]: [[f32; 3]; 2], t_min: f32, entry_factor: f32) -> Self {
         let row = |axis: usize| 2 * axis + usize::from(reciprocal[axis] < 0.0);
         let spread = |v: [f32; 3]| [lanes.splat(v[0]), lanes.splat(v[1]), lanes.splat(v[2])];
         Self {
@@ -25,6 +26,7 @@ impl<L: Lanes> SlabLanes<L> {
             near: spread(near),
             far: spread(far),
             t_min: lanes.splat(t_min),
+            entry_factor: lanes.splat(entry_factor),
             rows: [row(0), row(1), row(2)],
         }
     }
@@ -38,6 +40,7 @@ impl<L: Lanes> SlabLanes<L> {
         let near = |k: usize| lanes.mul_sub(row(self.rows[k]), self.reciprocal[k], self.near[k]);
         let far = |k: usize| lanes.mul_sub(row(self.rows[k] ^ 1), self.reciprocal[k], self.far[k]);
         let enter = lanes.max(near(2), lanes.max(near(1), lanes.max(near(0), self.t_min)));
+        let enter = lanes.mul(enter, self.entry_factor);
         let exit = lanes.min(far(2), lanes.min(far(1), lanes.min(far(0), lanes.splat(limit))));
         (lanes.le(enter, exit), enter)
     }

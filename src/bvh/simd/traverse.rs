@@ -48,7 +48,7 @@ impl Bvh {
 }
 
 /// # Safety
-/// The processor has AVX2 and FMA.
+/// The processor has what [`Isa::Avx2`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 unsafe fn traverse_avx2<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
@@ -57,7 +57,7 @@ unsafe fn traverse_avx2<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, sourc
 }
 
 /// # Safety
-/// The processor has AVX2, FMA and AVX-512 F, VL, DQ and BW.
+/// The processor has what [`Isa::Avx512`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
 unsafe fn traverse_avx512<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
@@ -68,19 +68,16 @@ unsafe fn traverse_avx512<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, sou
 /// Children that wait: at most seven a level.
 const STACK: usize = 7 * MAX_DEPTH + 8;
 
-/// A child with the distance where the ray enters it, ordered by distance: non-negative or not, an f32 is mapped to an
-/// integer of the same order.
+/// A child with the distance where the ray enters it, which is not negative: keys compare as distances do.
 #[inline(always)]
 fn keyed(distance: f32, child: Child) -> u64 {
-    let bits = distance.to_bits();
-    let ordered = bits ^ (((bits as i32 >> 31) as u32) | 0x8000_0000);
-    u64::from(ordered) << 32 | u64::from(child.0)
+    u64::from(distance.to_bits()) << 32 | u64::from(child.0)
 }
 
 /// The smallest key of children entered beyond `limit`.
 #[inline(always)]
 fn beyond(limit: f32) -> u64 {
-    keyed(limit, Child(u32::MAX))
+    keyed(limit.max(0.0), Child(u32::MAX))
 }
 
 #[inline(always)]

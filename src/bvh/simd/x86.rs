@@ -9,7 +9,7 @@ pub(super) struct Avx2(());
 
 impl Avx2 {
     /// # Safety
-    /// The processor has AVX2 and FMA.
+    /// The processor has what [`Isa::Avx2`](super::Isa::Avx2) names.
     #[inline(always)]
     pub unsafe fn new() -> Self {
         Self(())
