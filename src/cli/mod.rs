@@ -78,11 +78,11 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
         return render(args, begun);
     }
-    let (opened, output) = open(args)?;
+    let (mut opened, output) = open(args)?;
     let options = tui::Options {
         scene_name: opened.name().to_string_lossy().into_owned(),
         desc: opened.desc.clone(),
-        compiled: opened.compiled.clone().map(Arc::new),
+        compiled: opened.compiled.take().map(Arc::new),
         output,
         threads: args.settings().threads,
         color: args.color.color,
