@@ -1,13 +1,14 @@
 //! The state of the interface and what events make of it. No input or output happens here.
 
-use super::camera;
 use super::color::ColorMode;
 use super::command::{Command, command_for, key_of};
+use super::edit::edit;
 use super::event::{Effect, Event, Exit};
 use super::key::Key;
 use super::layout::{self, Layout};
+use super::numbers::Numbers;
 use super::preview::Preview;
-use crate::description::{Projection, SceneDesc, Shading, limits, printable};
+use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress, RenderEvent};
 use crate::scene::{CompileError, Scene};
 use std::path::{Path, PathBuf};
@@ -68,8 +69,8 @@ pub struct App {
     /// What the first compile may share.
     lent: Option<Arc<Scene>>,
     progress: Option<Progress>,
-    /// The numbers on the screen and their time: renewed only so often that they can be read.
-    shown: Option<(Progress, Instant)>,
+    /// The numbers on the screen: renewed only so often that they can be read.
+    numbers: Option<Numbers>,
     activity: Activity,
     message: Option<Message>,
     help: bool,
@@ -89,15 +90,9 @@ pub struct App {
     exit: Option<Exit>,
 }
 
-/// How often numbers on the screen change.
-const NUMBERS_PERIOD: Duration = Duration::from_millis(125);
 /// Leaving does not wait longer than this for saves: a pipe that nobody reads or a disk that is gone takes for ever.
 const SAVE_PATIENCE: Duration = Duration::from_secs(2);
-/// Steps of one key press.
-const ORBIT_DEGREES: f64 = 5.0;
-const PAN_PART: f64 = 0.05;
-const DOLLY_FACTOR: f64 = 0.9;
-const FOV_FACTOR: f64 = 1.05;
+/// Part of the view that one key press shifts it by.
 const SHIFT_PART: f64 = 0.2;
 
 impl App {
@@ -126,7 +121,7 @@ impl App {
             scene: None,
             lent: None,
             progress: None,
-            shown: None,
+            numbers: None,
             activity: Activity::Compiling,
             message: None,
             help: false,
@@ -237,16 +232,12 @@ impl App {
     /// Brings preview and numbers up to date for a frame at `now`.
     pub fn refresh(&mut self, now: Instant) {
         self.preview.refresh(&self.film);
-        let old = self.shown.as_ref().is_none_or(|(_, at)| now.saturating_duration_since(*at) >= NUMBERS_PERIOD);
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
-        if old || ended {
-            let before = self.shown.take();
-            self.shown = self.progress.clone().map(|progress| (progress, now));
-            // Between two tiles a worker is shown at the one it has just left: that is a matter of microseconds.
-            if let (Some((progress, _)), Some((before, _)), false) = (&mut self.shown, before, ended) {
-                for (worker, before) in progress.workers.iter_mut().zip(before.workers) {
-                    worker.current = worker.current.or(before.current);
-                }
+        if ended || self.numbers.as_ref().is_none_or(|numbers| numbers.are_old(now)) {
+            let before = self.numbers.take();
+            self.numbers = self.progress.as_ref().map(|progress| Numbers::new(progress, now));
+            if let (Some(numbers), Some(before), false) = (&mut self.numbers, before, ended) {
+                numbers.keep_tiles(&before);
             }
         }
     }
@@ -278,67 +269,25 @@ impl App {
             Command::ToggleHelp => self.help = !self.help,
             Command::Suspend => return self.update(Event::StopAsked, now),
             Command::Redraw => return vec![Effect::Redraw],
-            Command::Orbit(right, above) => self.edit(|desc| {
-                let [right, above] = [right, above].map(|steps| f64::from(steps) * ORBIT_DEGREES);
-                camera::orbit(&mut desc.camera, right, above);
-            }),
-            Command::Pan(right, above) => self.edit(|desc| {
-                let [right, above] = [right, above].map(|steps| f64::from(steps) * PAN_PART);
-                camera::pan(&mut desc.camera, right, above);
-            }),
-            Command::Dolly(steps) => {
-                self.edit(|desc| camera::dolly(&mut desc.camera, DOLLY_FACTOR.powi(steps.into())));
-            }
-            Command::Widen(steps) => {
-                self.edit(|desc| camera::widen(&mut desc.camera, FOV_FACTOR.powi(steps.into())));
-                self.tell(Tone::Plain, view_text(self.desc.camera.projection));
-            }
-            Command::ResetCamera => {
-                let camera = self.original.camera;
-                self.edit(|desc| desc.camera = camera);
-                self.tell(Tone::Plain, "the camera is that of the scene again".into());
-            }
-            Command::Samples(doublings) => {
-                self.edit(|desc| {
-                    let samples = &mut desc.render.samples;
-                    *samples = if doublings > 0 { samples.saturating_mul(2) } else { *samples / 2 };
-                    *samples = (*samples).clamp(1, limits::MAX_SAMPLES);
-                });
-                self.tell(Tone::Plain, format!("{} samples a pixel", self.desc.render.samples));
-            }
-            Command::Depth(more) => {
-                self.edit(|desc| {
-                    let depth = desc.render.max_depth.saturating_add_signed(more.into());
-                    desc.render.max_depth = depth.min(limits::MAX_DEPTH);
-                });
-                self.tell(Tone::Plain, format!("depth {}", self.desc.render.max_depth));
-            }
-            Command::CycleShading => {
-                self.edit(|desc| {
-                    desc.render.shading = match desc.render.shading {
-                        Shading::Lambert => Shading::Phong,
-                        Shading::Phong => Shading::Whitted,
-                        Shading::Whitted => Shading::Lambert,
-                    }
-                });
-                self.tell(Tone::Plain, format!("lighting model {}", shading_text(self.desc.render.shading)));
-            }
             Command::Zoom(steps) => self.preview.zoom_by(2f64.powf(f64::from(steps) / 2.0)),
             Command::Fit => self.preview.fit(),
             Command::Shift(right, below) => {
                 self.preview.shift(f64::from(right) * SHIFT_PART, f64::from(below) * SHIFT_PART);
             }
+            _ => self.edit(command),
         }
         Vec::new()
     }
 
-    /// Changes camera or render settings; does nothing more if they end up the same.
-    fn edit(&mut self, change: impl FnOnce(&mut SceneDesc)) {
+    /// Changes camera or render settings; restarts nothing if they end up the same.
+    fn edit(&mut self, command: Command) {
         let before = (self.desc.camera, self.desc.render);
-        let desc = Arc::make_mut(&mut self.desc);
-        change(desc);
-        if before != (desc.camera, desc.render) {
+        let answer = edit(Arc::make_mut(&mut self.desc), &self.original, command);
+        if before != (self.desc.camera, self.desc.render) {
             self.restart();
+        }
+        if let Some(answer) = answer {
+            self.tell(Tone::Plain, answer);
         }
     }
 
@@ -401,7 +350,7 @@ impl App {
                 }
                 // The old picture stays until tiles of the new one replace it.
                 self.progress = Some(Progress::new(&scene, self.threads, now));
-                self.shown = None;
+                self.numbers = None;
                 self.scene = Some(scene.clone());
                 let mut effects = vec![Effect::Start(scene)];
                 match self.activity {
@@ -529,9 +478,9 @@ impl App {
         &self.film
     }
 
-    /// The numbers to show and the time they are of.
-    pub fn shown(&self) -> Option<(&Progress, Instant)> {
-        self.shown.as_ref().map(|(progress, at)| (progress, *at))
+    /// The numbers to show.
+    pub fn numbers(&self) -> Option<&Numbers> {
+        self.numbers.as_ref()
     }
 
     /// What is going on.
@@ -587,22 +536,5 @@ impl App {
     /// Whole percent of the running or finished render.
     pub fn percent(&self) -> u32 {
         self.progress.as_ref().map_or(0, Progress::percent)
-    }
-}
-
-/// The word of the scene language for a lighting model.
-pub fn shading_text(shading: Shading) -> &'static str {
-    match shading {
-        Shading::Lambert => "lambert",
-        Shading::Phong => "phong",
-        Shading::Whitted => "whitted",
-    }
-}
-
-/// Angle or height of the view.
-pub fn view_text(projection: Projection) -> String {
-    match projection {
-        Projection::Perspective { fov } => format!("field of view {fov:.1}°"),
-        Projection::Orthographic { view_height } => format!("view height {view_height:.3}"),
     }
 }

@@ -1,5 +1,6 @@
-//! Numbers for people, in fixed widths so that nothing jitters.
+//! Numbers for people, those that run in fixed widths so that nothing jitters.
 
+use crate::description::Projection;
 use std::time::Duration;
 
 /// Three significant digits and an SI prefix, 6 columns: `  1.23M`-like, right-aligned; below 1000 as it is.
@@ -45,6 +46,19 @@ pub fn rough_time(t: Duration) -> String {
     }
 }
 
+/// So many samples.
+pub fn samples(count: u32) -> String {
+    if count == 1 { "1 sample".into() } else { format!("{count} samples") }
+}
+
+/// Angle or height of the view.
+pub fn view(projection: Projection) -> String {
+    match projection {
+        Projection::Perspective { fov } => format!("field of view {fov:.1}°"),
+        Projection::Orthographic { view_height } => format!("view height {view_height:.3}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +79,11 @@ mod tests {
             assert_eq!(si(value), text, "{value}");
         }
         assert_eq!(si(f64::NAN).len(), 6);
+    }
+
+    #[test]
+    fn one_sample_is_not_samples() {
+        assert_eq!([samples(1), samples(2)], ["1 sample", "2 samples"]);
     }
 
     #[test]

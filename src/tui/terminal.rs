@@ -109,7 +109,10 @@ type Hook = dyn Fn(&PanicHookInfo<'_>) + Send + Sync;
 impl Guard {
     /// Takes the terminal. The calling thread is the one whose panic ends the interface.
     pub fn enter() -> io::Result<Self> {
-        let terminal = Terminal::enter()?;
+        Terminal::enter().map(Self::of)
+    }
+
+    fn of(terminal: Terminal) -> Self {
         let previous: Arc<Hook> = panic::take_hook().into();
         let (interface, hook, restored) = (thread::current().id(), previous.clone(), terminal.clone());
         panic::set_hook(Box::new(move |info| {
@@ -118,7 +121,7 @@ impl Guard {
                 hook(info);
             }
         }));
-        Ok(Self { terminal, previous })
+        Self { terminal, previous }
     }
 
     /// The terminal.
@@ -175,3 +178,26 @@ pub fn stop() {
 /// Stopping is a Unix thing.
 #[cfg(not(unix))]
 pub fn stop() {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::catch_unwind;
+
+    #[test]
+    fn only_a_panic_of_the_interface_itself_leaves_the_screen() {
+        let path = std::env::temp_dir().join(format!("glimt-hook-{}", std::process::id()));
+        let file = File::create(&path).unwrap();
+        let written = || std::fs::read(&path).unwrap();
+        let guard = Guard::of(Terminal(Arc::new(Mutex::new(Output { file, entered: true }))));
+        // As on the thread that compiles, where readers of models may panic and are caught.
+        let caught = thread::spawn(|| catch_unwind(|| panic!("of a reader")).is_err()).join();
+        assert!(caught.unwrap() && written().is_empty());
+        assert!(guard.terminal().write(b"a frame").unwrap());
+        assert!(catch_unwind(|| panic!("of the interface")).is_err());
+        assert!(written().ends_with(LEAVE));
+        drop(guard);
+        assert_eq!(written().len(), b"a frame".len() + LEAVE.len());
+        std::fs::remove_file(&path).unwrap();
+    }
+}

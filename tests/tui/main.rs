@@ -434,6 +434,27 @@ fn the_panel_shows_what_is_asked_of_it() {
 }
 
 #[test]
+fn every_thread_has_its_busy_and_its_idle_share() {
+    for size in [(80, 24), (200, 60)] {
+        let mut stage = Stage::started(size);
+        // 30 of 40 milliseconds.
+        stage.tile(|_, _| [0.5; 3]);
+        let text = stage.text();
+        for words in ["busy idle", " 75%  25%", "  0% 100%"] {
+            assert!(text.contains(words), "{words} at {size:?}\n{text}");
+        }
+    }
+}
+
+#[test]
+fn one_sample_is_not_samples() {
+    let mut stage = Stage::started((80, 24));
+    stage.keys("NN");
+    assert!(stage.status().contains(" 1 sample a pixel"), "{}", stage.status());
+    assert!(stage.text().contains(" 1 sample  depth"));
+}
+
+#[test]
 fn numbers_stand_still_between_their_periods() {
     let mut stage = Stage::started((200, 60));
     stage.tile(|_, _| [0.5; 3]);
