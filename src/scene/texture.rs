@@ -39,10 +39,15 @@ impl Texture {
             Source::Image(image, wrap) => bilinear(image, *wrap, uv),
             Source::Checker { colors, size } => {
                 let cell = (uv / *size).floor();
-                colors[usize::from((cell.x + cell.y).rem_euclid(2.0) == 1.0)]
+                colors[usize::from(modulo_2(cell.x + cell.y) == 1.0)]
             }
         }
     }
+}
+
+/// The remainder in 0..2, exact. (`rem_euclid` calls the library's `fmod`.)
+fn modulo_2(t: f64) -> f64 {
+    t - 2.0 * (t / 2.0).floor()
 }
 
 /// The four nearest texels, weighted, in linear light. v = 0 is the lower edge of the lowest row.
@@ -54,7 +59,7 @@ fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
     let place = |t: f64, n: u32| {
         let n = f64::from(n);
         // Whole periods carry no information; without them the arithmetic below is exact enough at any distance.
-        let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { t.rem_euclid(2.0) } * n - 0.5;
+        let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { modulo_2(t) } * n - 0.5;
         (x.floor(), x - x.floor())
     };
     let (i, fx) = place(uv.x, image.width);
