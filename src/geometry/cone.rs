@@ -1,6 +1,6 @@
 //! The cone with its base of radius 1 at y = -1 and its apex at y = 1.
 
-use super::cylinder::{BOTTOM, SIDE, advance, cap_surface, nearest_f32};
+use super::cylinder::{BOTTOM, SIDE, advance, cap_surface, cap_uv, nearest_f32};
 use super::interaction::SurfacePoint;
 use super::interval::Interval;
 use super::quadratic::{classic_roots_f32, roots};
@@ -84,16 +84,16 @@ pub fn cone_surface(p: DVec3, face: u32) -> SurfacePoint {
     }
     let y = p.y.clamp(-1.0, 1.0);
     let rho = p.x.hypot(p.z);
-    let v = 0.5 + 0.5 * y;
     if rho == 0.0 {
-        return SurfacePoint { point: DVec3::new(0.0, y, 0.0), normal: DVec3::Y, uv: DVec2::new(0.5, v) };
+        return SurfacePoint { point: DVec3::new(0.0, y, 0.0), normal: DVec3::Y };
     }
     let (cos, sin) = (p.z / rho, p.x / rho);
     let radius = SLOPE * (1.0 - y);
     let normal = DVec3::new(sin, SLOPE, cos).normalize();
-    SurfacePoint {
-        point: DVec3::new(sin * radius, y, cos * radius),
-        normal,
-        uv: DVec2::new(0.5 + sin.atan2(cos) / (2.0 * PI), v),
-    }
+    SurfacePoint { point: DVec3::new(sin * radius, y, cos * radius), normal }
+}
+
+/// Texture coordinates at point `p` of face `face`: longitude and height on the side, the unit square on the base.
+pub fn cone_uv(p: DVec3, face: u32) -> DVec2 {
+    if face == BOTTOM { cap_uv(p, -1.0) } else { DVec2::new(0.5 + p.x.atan2(p.z) / (2.0 * PI), 0.5 + 0.5 * p.y) }
 }

@@ -40,18 +40,28 @@ pub(super) fn cuboid_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
     [(f64::from(enter), enter_face), (f64::from(exit), exit_face)].into_iter().find(|&(t, _)| ray.contains(t))
 }
 
-/// The surface of face `face` near `p` (object space). Pictures stand upright on every face, seen from outside.
+/// Axis of a face, and on which side of it.
+fn side_of(face: u32) -> (usize, f64) {
+    ((face / 2) as usize, if face.is_multiple_of(2) { -1.0 } else { 1.0 })
+}
+
+/// The surface of face `face` near `p` (object space).
 pub fn cuboid_surface(p: DVec3, face: u32) -> SurfacePoint {
-    let axis = (face / 2) as usize;
-    let side = if face.is_multiple_of(2) { -1.0 } else { 1.0 };
+    let (axis, side) = side_of(face);
     let mut point = p.clamp(DVec3::NEG_ONE, DVec3::ONE);
     point[axis] = side;
     let mut normal = DVec3::ZERO;
     normal[axis] = side;
+    SurfacePoint { point, normal }
+}
+
+/// Texture coordinates at point `p` of face `face`. Pictures stand upright on every face, seen from outside.
+pub fn cuboid_uv(p: DVec3, face: u32) -> DVec2 {
+    let (axis, side) = side_of(face);
     let (s, t) = match axis {
-        0 => (-side * point.z, point.y),
-        1 => (point.x, -side * point.z),
-        _ => (side * point.x, point.y),
+        0 => (-side * p.z, p.y),
+        1 => (p.x, -side * p.z),
+        _ => (side * p.x, p.y),
     };
-    SurfacePoint { point, normal, uv: DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t) }
+    DVec2::new(0.5 + 0.5 * s, 0.5 + 0.5 * t)
 }

@@ -73,15 +73,27 @@ pub(super) fn nearest_f32(ray: &Ray, candidates: impl Iterator<Item = (f32, u32)
 pub fn cylinder_surface(p: DVec3, face: u32) -> SurfacePoint {
     if face == SIDE {
         let n = DVec3::new(p.x, 0.0, p.z).normalize_or(DVec3::Z);
-        let point = DVec3::new(n.x, p.y.clamp(-1.0, 1.0), n.z);
-        SurfacePoint { point, normal: n, uv: DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + 0.5 * point.y) }
+        SurfacePoint { point: DVec3::new(n.x, p.y.clamp(-1.0, 1.0), n.z), normal: n }
     } else {
         cap_surface(p, if face == BOTTOM { -1.0 } else { 1.0 })
     }
 }
 
+/// Texture coordinates at point `p` of face `face`: longitude and height on the side, the unit square on the caps.
+pub fn cylinder_uv(p: DVec3, face: u32) -> DVec2 {
+    match face {
+        SIDE => DVec2::new(0.5 + p.x.atan2(p.z) / (2.0 * PI), 0.5 + 0.5 * p.y),
+        BOTTOM => cap_uv(p, -1.0),
+        _ => cap_uv(p, 1.0),
+    }
+}
+
 /// The unit disc at y = `side`, looking away from y = 0.
 pub(super) fn cap_surface(p: DVec3, side: f64) -> SurfacePoint {
-    let point = DVec3::new(p.x, side, p.z);
-    SurfacePoint { point, normal: DVec3::Y * side, uv: DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * side * p.z) }
+    SurfacePoint { point: DVec3::new(p.x, side, p.z), normal: DVec3::Y * side }
+}
+
+/// Texture coordinates on that disc.
+pub(super) fn cap_uv(p: DVec3, side: f64) -> DVec2 {
+    DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * side * p.z)
 }

@@ -1,8 +1,8 @@
 //! What is known of a surface where a ray meets it, and the directions in which rays leave it.
 
 use super::kernels::Kernels;
-use super::ray::Ray;
-use glam::{DVec2, DVec3};
+use super::ray::{Hit, Ray};
+use glam::DVec3;
 
 /// A point of a shape in object space, projected onto its surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,8 +11,6 @@ pub struct SurfacePoint {
     pub point: DVec3,
     /// Outward; unit length in object space.
     pub normal: DVec3,
-    /// Texture coordinates, v upward.
-    pub uv: DVec2,
 }
 
 /// Everything shading wants to know of a hit, in world space; built once, for the winner.
@@ -29,8 +27,8 @@ pub struct SurfaceInteraction {
     /// Start of shadow rays: `point`, lifted to the smooth surface where a flat triangle stands for one (Hanika, "Hacking
     /// the Shadow Terminator", Ray Tracing Gems II 2021, ch. 4).
     pub shadow_point: DVec3,
-    /// Texture coordinates, v upward.
-    pub uv: DVec2,
+    /// What was hit; texture coordinates follow from it where they are wanted.
+    pub hit: Hit,
     /// Index of the material in the scene.
     pub material: u32,
     /// Whether the ray goes into the body.

@@ -33,13 +33,13 @@ mod sphere;
 mod triangle;
 
 pub use aabb::Aabb;
-pub use cone::{cone_intersect, cone_surface};
-pub use cuboid::{cuboid_intersect, cuboid_surface};
-pub use cylinder::{cylinder_intersect, cylinder_surface};
+pub use cone::{cone_intersect, cone_surface, cone_uv};
+pub use cuboid::{cuboid_intersect, cuboid_surface, cuboid_uv};
+pub use cylinder::{cylinder_intersect, cylinder_surface, cylinder_uv};
 pub use interaction::{SurfaceInteraction, SurfacePoint, fresnel, reflect, refract};
 pub use kernels::{Classic, Fast, Kernels, Reference, Robust};
-pub use plane::{plane_intersect, plane_surface, quad_intersect, quad_surface};
+pub use plane::{plane_intersect, plane_surface, plane_uv, quad_intersect, quad_uv};
 pub use ray::{Hit, Ray};
 pub use slab::{PaddedSlab, PlainSlab, Slab, WideSlab};
-pub use sphere::{sphere_intersect, sphere_surface};
+pub use sphere::{sphere_intersect, sphere_surface, sphere_uv};
 pub use triangle::TriangleRay;

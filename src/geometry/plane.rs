@@ -30,12 +30,17 @@ pub(super) fn quad_intersect_f32(ray: &Ray) -> Option<f64> {
     (inside(ray.origin.x, ray.direction.x) && inside(ray.origin.z, ray.direction.z)).then_some(t)
 }
 
-/// The surface of the plane near `p` (object space): uv in scene units, v toward -z.
+/// The surface of the plane or quad near `p` (object space).
 pub fn plane_surface(p: DVec3) -> SurfacePoint {
-    SurfacePoint { point: DVec3::new(p.x, 0.0, p.z), normal: DVec3::Y, uv: DVec2::new(p.x, -p.z) }
+    SurfacePoint { point: DVec3::new(p.x, 0.0, p.z), normal: DVec3::Y }
 }
 
-/// The surface of the quad near `p` (object space): uv in the unit square, v toward -z.
-pub fn quad_surface(p: DVec3) -> SurfacePoint {
-    SurfacePoint { uv: DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.z), ..plane_surface(p) }
+/// Texture coordinates on the plane: scene units, v toward -z.
+pub fn plane_uv(p: DVec3) -> DVec2 {
+    DVec2::new(p.x, -p.z)
+}
+
+/// Texture coordinates on the quad: the unit square, v toward -z.
+pub fn quad_uv(p: DVec3) -> DVec2 {
+    DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.z)
 }

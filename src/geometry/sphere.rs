@@ -43,7 +43,12 @@ pub(super) fn sphere_intersect_f32(ray: &Ray, centre: DVec3, radius: f64) -> Opt
 /// The surface of the unit sphere near `p` (object space).
 pub fn sphere_surface(p: DVec3) -> SurfacePoint {
     let n = p.normalize_or(DVec3::Y);
+    SurfacePoint { point: n, normal: n }
+}
+
+/// Texture coordinates at a point in the direction `p` from the centre: longitude and latitude.
+pub fn sphere_uv(p: DVec3) -> DVec2 {
+    let n = p.normalize_or(DVec3::Y);
     // atan2(0, 0) is 0: the poles have a defined u.
-    let uv = DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + n.y.clamp(-1.0, 1.0).asin() / PI);
-    SurfacePoint { point: n, normal: n, uv }
+    DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + n.y.clamp(-1.0, 1.0).asin() / PI)
 }

@@ -48,8 +48,8 @@ impl Material {
         }
     }
 
-    /// C at `uv`.
-    pub fn color(&self, uv: DVec2) -> Rgb {
-        self.texture.as_ref().map_or(self.color, |t| t.lookup(uv))
+    /// C at the texture coordinates `uv`, which are asked for only if there is a texture.
+    pub fn color(&self, uv: impl FnOnce() -> DVec2) -> Rgb {
+        self.texture.as_ref().map_or(self.color, |t| t.lookup(uv()))
     }
 }

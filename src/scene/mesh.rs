@@ -3,7 +3,7 @@
 use crate::assets::{ImportReport, Model};
 use crate::bvh::{BvhStats, Isa, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
-use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_surface};
+use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::num::NonZeroUsize;
 
@@ -102,12 +102,15 @@ impl Mesh {
     pub fn surface(&self, triangle: u32, u: f64, v: f64) -> SurfacePoint {
         let [a, b, c] = self.corners(triangle);
         let point = a + (b - a) * u + (c - a) * v;
-        let uv = if self.uvs.is_empty() {
-            sphere_surface(point).uv
-        } else {
-            let [ta, tb, tc] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize].as_dvec2());
-            ta + (tb - ta) * u + (tc - ta) * v
-        };
-        SurfacePoint { point, normal: self.normal_of(triangle).normalize_or(DVec3::Y), uv: DVec2::new(uv.x, uv.y) }
+        SurfacePoint { point, normal: self.normal_of(triangle).normalize_or(DVec3::Y) }
+    }
+
+    /// Texture coordinates at these weights: the file's, or longitude and latitude about the centre.
+    pub fn uv(&self, triangle: u32, u: f64, v: f64) -> DVec2 {
+        if self.uvs.is_empty() {
+            return sphere_uv(self.surface(triangle, u, v).point);
+        }
+        let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize].as_dvec2());
+        a + (b - a) * u + (c - a) * v
     }
 }

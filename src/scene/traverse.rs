@@ -3,10 +3,10 @@
 use super::{Object, Scene, Shape};
 use crate::bvh::{Lanes, LeafVisitor, TreeKernels};
 use crate::geometry::{
-    Hit, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cuboid_surface, cylinder_surface, plane_surface,
-    quad_surface, sphere_surface,
+    Hit, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cone_uv, cuboid_surface, cuboid_uv, cylinder_surface,
+    cylinder_uv, plane_surface, plane_uv, quad_uv, sphere_surface, sphere_uv,
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::marker::PhantomData;
 
 impl Object {
@@ -142,14 +142,13 @@ impl Scene {
                 // In world space, so that the point is on the sphere that later rays meet.
                 let normal = (ray.at(hit.t) - *centre).normalize_or(DVec3::Y);
                 on_surface = Some((*centre + normal * *radius, normal));
-                sphere_surface(map.inverse.transform_vector3(normal))
+                SurfacePoint { point: normal, normal }
             }
             Shape::Ellipsoid => sphere_surface(local_point()),
             Shape::Cuboid => cuboid_surface(local_point(), hit.primitive),
             Shape::Cylinder => cylinder_surface(local_point(), hit.primitive),
             Shape::Cone => cone_surface(local_point(), hit.primitive),
-            Shape::Plane => plane_surface(local_point()),
-            Shape::Quad => quad_surface(local_point()),
+            Shape::Plane | Shape::Quad => plane_surface(local_point()),
             Shape::Mesh(mesh) => mesh.surface(hit.primitive, hit.u, hit.v),
         };
         let (on_surface, geometric_normal) = on_surface.unwrap_or_else(|| {
@@ -164,7 +163,7 @@ impl Scene {
             geometric_normal,
             shading_normal: geometric_normal,
             shadow_point: point,
-            uv: surface.uv,
+            hit: *hit,
             material: self.material_of(hit.object, hit.primitive),
             entering: ray.direction.dot(geometric_normal) < 0.0,
         };
@@ -179,5 +178,21 @@ impl Scene {
             interaction.smooth(corners, normals, hit.u, hit.v);
         }
         interaction
+    }
+
+    /// Texture coordinates where an interaction is, v upward.
+    pub fn uv(&self, interaction: &SurfaceInteraction) -> DVec2 {
+        let hit = &interaction.hit;
+        let object = &self.geometry.objects[hit.object as usize];
+        let p = object.map.inverse.transform_point3(interaction.point);
+        match &object.shape {
+            Shape::Ball { .. } | Shape::Ellipsoid => sphere_uv(p),
+            Shape::Cuboid => cuboid_uv(p, hit.primitive),
+            Shape::Cylinder => cylinder_uv(p, hit.primitive),
+            Shape::Cone => cone_uv(p, hit.primitive),
+            Shape::Plane => plane_uv(p),
+            Shape::Quad => quad_uv(p),
+            Shape::Mesh(mesh) => mesh.uv(hit.primitive, hit.u, hit.v),
+        }
     }
 }

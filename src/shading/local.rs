@@ -16,7 +16,7 @@ pub(super) fn local_radiance<K: Kernels, const HIGHLIGHTS: bool>(
     view: DVec3,
     mut visible: impl FnMut(&Illumination) -> f64,
 ) -> Rgb {
-    let color = material.color(interaction.uv);
+    let color = material.color(|| scene.uv(interaction));
     let mut sum = scene.world.ambient * color * material.ambient;
     let highlights = HIGHLIGHTS && material.specular > 0.0;
     if material.diffuse == 0.0 && !highlights {
