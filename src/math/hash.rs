@@ -7,7 +7,7 @@ pub fn hash_pixel(x: u32, y: u32) -> u32 {
 }
 
 /// Wellons' `lowbias32`: a bijection of u32 with a bias of 0.17.
-pub(super) fn lowbias32(mut v: u32) -> u32 {
+pub fn lowbias32(mut v: u32) -> u32 {
     v ^= v >> 16;
     v = v.wrapping_mul(0x21f0_aaad);
     v ^= v >> 15;

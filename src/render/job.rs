@@ -3,7 +3,7 @@
 use super::control::Control;
 use super::event::{RenderError, RenderEvent};
 use super::pass::Pass;
-use super::tile::{Rect, Tile, is_valid_side};
+use super::tile::{Batch, Rect, Tile, is_valid_side};
 use crate::scene::Scene;
 use crate::shading::sampler;
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded, unbounded};
@@ -153,13 +153,14 @@ impl Worker {
 
     fn work(&self) {
         let sampler = sampler(&self.scene.render);
+        let mut batch = Batch::default();
         while let Ok(Some((mut tile, number))) = self.queue.recv() {
             let pass = self.passes[number];
             let started = RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass };
             if self.events.send(started).is_err() {
                 return;
             }
-            let Some(stats) = tile.trace(&self.scene, sampler, pass, &self.control) else { return };
+            let Some(stats) = tile.trace(&self.scene, sampler, pass, &mut batch, &self.control) else { return };
             let image = tile.image(pass);
             if self.events.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass }).is_err() {
                 return;

@@ -5,7 +5,8 @@ use super::event::{TileImage, TileStats};
 use super::pass::{COARSEST, Pass};
 use crate::math::{Rgb, sample_in_pixel};
 use crate::scene::Scene;
-use crate::shading::{RayCounts, Sampler};
+use crate::shading::{RayCounts, Sample, Sampler};
+use glam::DVec2;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -44,6 +45,28 @@ impl Rect {
     }
 }
 
+/// Samples that are traced together: enough for packets of rays, few enough to stay in the cache.
+const BATCH: usize = 256;
+
+/// Samples that wait to be traced together. One a worker, so that tracing takes no memory.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    /// On the film.
+    points: Vec<DVec2>,
+    /// The pixel of each point, row by row in the tile.
+    pixels: Vec<u32>,
+    samples: Vec<Sample>,
+}
+
+/// Row and column of the pixels of a tile in blocks of 8 by 8, so that rays traced together are close together.
+fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
+    const SIDE: u32 = 8;
+    let starts = |size: u32| (0..size).step_by(SIDE as usize);
+    starts(height).flat_map(move |y| starts(width).map(move |x| (y, x))).flat_map(move |(y, x)| {
+        (y..height.min(y + SIDE)).flat_map(move |row| (x..width.min(x + SIDE)).map(move |column| (row, column)))
+    })
+}
+
 /// One rectangle between passes: the sums of its samples. Moves from worker to worker by value, so that nothing is shared
 /// and the samples of a pixel are added in their order, whoever traces them.
 #[derive(Debug)]
@@ -70,6 +93,7 @@ impl Tile {
         scene: &Scene,
         sampler: Sampler,
         pass: Pass,
+        batch: &mut Batch,
         control: &Control,
     ) -> Option<TileStats> {
         // Sums get their memory here, so that starting a render takes none.
@@ -78,36 +102,58 @@ impl Tile {
         let mut stats = TileStats::default();
         let mut start = Instant::now();
         let Rect { x, y, width, height } = self.rect;
-        for (at, (row, column)) in (0..height).flat_map(|row| (0..width).map(move |column| (row, column))).enumerate() {
+        for (row, column) in blocks(width, height) {
             let (px, py) = (x + column, y + row);
             for index in pass.samples_at(px, py) {
                 let (u, v) = sample_in_pixel(px, py, index);
-                let (x, y) = (f64::from(px) + u, f64::from(py) + v);
-                let (radiance, rays) = loop {
-                    let mut rays = RayCounts::default();
-                    let radiance = sampler(scene, x, y, &mut rays, control.stop());
-                    if !control.stop().load(Ordering::Relaxed) {
-                        break (radiance, rays);
-                    }
-                    // The sample may not be whole: once awake it is traced again.
-                    stats.busy += start.elapsed();
-                    if !control.wait() {
-                        return None;
-                    }
-                    start = Instant::now();
-                };
-                stats.rays += rays;
-                stats.samples += 1;
-                if radiance.is_finite() {
-                    self.sums[at] += radiance;
-                    self.counts[at] += 1;
-                } else {
-                    stats.non_finite += 1;
+                batch.points.push(DVec2::new(f64::from(px) + u, f64::from(py) + v));
+                batch.pixels.push(row * width + column);
+                if batch.points.len() == BATCH {
+                    self.trace_batch(scene, sampler, batch, control, &mut stats, &mut start)?;
                 }
             }
         }
+        self.trace_batch(scene, sampler, batch, control, &mut stats, &mut start)?;
         stats.busy += start.elapsed();
         Some(stats)
+    }
+
+    /// Traces the samples that wait in `batch`, and adds them in their order.
+    fn trace_batch(
+        &mut self,
+        scene: &Scene,
+        sampler: Sampler,
+        batch: &mut Batch,
+        control: &Control,
+        stats: &mut TileStats,
+        start: &mut Instant,
+    ) -> Option<()> {
+        batch.samples.resize(batch.points.len(), Sample::default());
+        stats.rays += loop {
+            let mut rays = RayCounts::default();
+            sampler(scene, &batch.points, &mut batch.samples, &mut rays, control.stop());
+            if !control.stop().load(Ordering::Relaxed) {
+                break rays;
+            }
+            // The samples may not be whole: once awake they are traced again.
+            stats.busy += start.elapsed();
+            if !control.wait() {
+                return None;
+            }
+            *start = Instant::now();
+        };
+        stats.samples += batch.points.len() as u64;
+        for (&at, sample) in batch.pixels.iter().zip(&batch.samples) {
+            if sample.radiance.is_finite() {
+                self.sums[at as usize] += sample.radiance;
+                self.counts[at as usize] += 1;
+            } else {
+                stats.non_finite += 1;
+            }
+        }
+        batch.points.clear();
+        batch.pixels.clear();
+        Some(())
     }
 
     /// The pixels as they are known after `pass`: the mean of the samples, or that of the nearest lattice point up and left.

@@ -7,4 +7,4 @@
 mod local;
 mod radiance;
 
-pub use radiance::{RayCounts, Sampler, sampler};
+pub use radiance::{RayCounts, Sample, Sampler, sampler};

@@ -4,9 +4,9 @@ use super::local::local_radiance;
 use crate::bvh::TreeKernels;
 use crate::description::{Numerics, RenderDesc, Shading, Shadows};
 use crate::geometry::{Classic, Fast, Hit, Ray, Reference, Robust, SurfaceInteraction, fresnel, reflect};
-use crate::math::Rgb;
+use crate::math::{Rgb, lowbias32};
 use crate::scene::{Illumination, Material, MediumStack, Scene};
-use glam::DVec3;
+use glam::{DVec2, DVec3, Vec3};
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -39,11 +39,26 @@ impl AddAssign for RayCounts {
     }
 }
 
-/// What the camera sees through the point (x, y) of the film, in pixels from its upper left corner. Counts the rays that
-/// it takes. Not finite where the arithmetic of `Classic` or `Fast` fails, or where light is beyond the range of f64.
+/// What the camera sees through one point of the film.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Not finite where the arithmetic of `Classic` or `Fast` fails, or where light is beyond the range of f64.
+    pub radiance: Rgb,
+    /// Stands for the surface that the camera ray ends on; 0 where it meets nothing.
+    pub surface: u32,
+    /// Unit normal there in world space, on the viewer's side; 0 where it meets nothing.
+    pub normal: Vec3,
+    /// Hash of all surfaces that the ray tree meets, in order: samples of equal trees differ smoothly.
+    pub tree: u32,
+    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing.
+    pub cut: f64,
+}
+
+/// Traces what the camera sees through points of the film, in pixels from its upper left corner, into as many samples.
+/// Counts the rays that it takes. What a sample is does not depend on what else is in the slice.
 ///
 /// The flag ends it early: once it is set, no further ray is traced, and what is returned means nothing.
-pub type Sampler = fn(&Scene, f64, f64, &mut RayCounts, &AtomicBool) -> Rgb;
+pub type Sampler = fn(&Scene, &[DVec2], &mut [Sample], &mut RayCounts, &AtomicBool);
 
 /// The sampler for a scene's numerics and lighting model.
 pub fn sampler(render: &RenderDesc) -> Sampler {
@@ -66,17 +81,28 @@ fn with_kernels<K: TreeKernels>(shading: Shading) -> Sampler {
 /// Lambert and Phong: one ray, no others.
 fn sample_local<K: TreeKernels, const HIGHLIGHTS: bool>(
     scene: &Scene,
-    x: f64,
-    y: f64,
+    points: &[DVec2],
+    samples: &mut [Sample],
     counts: &mut RayCounts,
-    _stop: &AtomicBool,
-) -> Rgb {
-    counts.camera += 1;
-    let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
-    let Some(hit) = scene.intersect::<K>(&ray) else { return scene.background(ray.direction) };
-    let interaction = scene.interaction::<K>(&ray, &hit);
+    stop: &AtomicBool,
+) {
+    for (point, sample) in points.iter().zip(samples) {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        counts.camera += 1;
+        *sample = Sample::default();
+        let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(point.x, point.y) };
+        sample.radiance = local::<K, HIGHLIGHTS>(scene, &ray, sample);
+    }
+}
+
+fn local<K: TreeKernels, const HIGHLIGHTS: bool>(scene: &Scene, ray: &Ray, sample: &mut Sample) -> Rgb {
+    let Some(hit) = scene.intersect::<K>(ray) else { return scene.background(ray.direction) };
+    let interaction = scene.interaction::<K>(ray, &hit);
     let material = &scene.materials[interaction.material as usize];
     let side = if interaction.entering { 1.0 } else { -1.0 };
+    sample.meet(&interaction, 0);
     local_radiance::<K, HIGHLIGHTS>(
         scene,
         material,
@@ -87,11 +113,35 @@ fn sample_local<K: TreeKernels, const HIGHLIGHTS: bool>(
     )
 }
 
-fn sample_whitted<K: TreeKernels>(scene: &Scene, x: f64, y: f64, counts: &mut RayCounts, stop: &AtomicBool) -> Rgb {
-    counts.camera += 1;
-    let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(x, y) };
-    let media = scene.media_at_start(ray.origin);
-    Whitted { scene, counts, stop }.radiance::<K>(ray, media, Path { depth: 0, weight: 1.0 })
+fn sample_whitted<K: TreeKernels>(
+    scene: &Scene,
+    points: &[DVec2],
+    samples: &mut [Sample],
+    counts: &mut RayCounts,
+    stop: &AtomicBool,
+) {
+    for (point, sample) in points.iter().zip(samples) {
+        counts.camera += 1;
+        *sample = Sample::default();
+        let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(point.x, point.y) };
+        let media = scene.media_at_start(ray.origin);
+        let mut whitted = Whitted { scene, counts, stop, sample };
+        sample.radiance = whitted.radiance::<K>(ray, media, Path { depth: 0, weight: 1.0 });
+    }
+}
+
+impl Sample {
+    /// Notes a surface that the ray tree meets at this depth.
+    fn meet(&mut self, interaction: &SurfaceInteraction, depth: u32) {
+        // The parts of a mesh are told apart by their normals.
+        let surface = interaction.hit.object + 1;
+        if depth == 0 {
+            self.surface = surface;
+            let side = if interaction.entering { 1.0 } else { -1.0 };
+            self.normal = (interaction.shading_normal * side).as_vec3();
+        }
+        self.tree = lowbias32(self.tree.wrapping_mul(31).wrapping_add(surface));
+    }
 }
 
 /// What lies between the eye and the start of a ray.
@@ -107,18 +157,11 @@ struct Path {
 /// Greenberg 1983 cut at a visible weight; this only keeps ray trees from growing without end).
 const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
 
-impl Path {
-    /// The path with one more reflection or refraction of this weight, if it is worth following.
-    fn after(self, weight: f64) -> Option<Path> {
-        let path = Path { depth: self.depth + 1, weight: self.weight * weight };
-        (path.weight >= NEGLIGIBLE).then_some(path)
-    }
-}
-
 struct Whitted<'a> {
     scene: &'a Scene,
     counts: &'a mut RayCounts,
     stop: &'a AtomicBool,
+    sample: &'a mut Sample,
 }
 
 /// What a ray meets at the surface of a transparent body.
@@ -216,32 +259,47 @@ impl Whitted<'_> {
         path: Path,
     ) -> Rgb {
         let scene = self.scene;
+        self.sample.meet(interaction, path.depth);
         let side = if interaction.entering { 1.0 } else { -1.0 };
         let normal = interaction.shading_normal * side;
         let facet = interaction.geometric_normal * side;
         let mut sum = local_radiance::<K, true>(scene, material, interaction, normal, -ray.direction, |light| {
             self.visible_part::<K>(interaction, light, &media)
         });
-        if path.depth >= scene.render.max_depth || (material.reflect == 0.0 && material.transmit == 0.0) {
+        if material.reflect == 0.0 && material.transmit == 0.0 {
+            return sum;
+        }
+        if path.depth >= scene.render.max_depth {
+            self.sample.cut += path.weight * (material.reflect + material.transmit);
             return sum;
         }
         let eta = beyond.map(|b| media.ior(scene) / b.ior(scene));
         let split = split::<K>(material, ray, normal, facet, (media.ior(scene), eta), interaction.entering);
         // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without end.
         let gain = (split.reflect + split.transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
-        if let Some(path) = path.after(split.reflect / gain) {
+        if let Some(path) = self.follow(path, split.reflect / gain) {
             self.counts.reflection += 1;
             let mirrored = interaction.spawn_ray::<K>(reflect(ray.direction, split.normal, facet));
             sum += self.radiance::<K>(mirrored, media, path) * split.reflect;
         }
         if let (Some((weight, direction)), Some(beyond)) = (split.transmit, beyond)
-            && let Some(path) = path.after(weight / gain)
+            && let Some(path) = self.follow(path, weight / gain)
         {
             self.counts.refraction += 1;
             let refracted = interaction.spawn_ray::<K>(direction);
             sum += self.radiance::<K>(refracted, beyond, path) * weight;
         }
         sum
+    }
+
+    /// The path with one more reflection or refraction of this weight, if it is worth following.
+    fn follow(&mut self, path: Path, weight: f64) -> Option<Path> {
+        let path = Path { depth: path.depth + 1, weight: path.weight * weight };
+        let worth_it = path.weight >= NEGLIGIBLE;
+        if !worth_it {
+            self.sample.cut += path.weight;
+        }
+        worth_it.then_some(path)
     }
 
     /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t.
