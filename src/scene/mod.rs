@@ -7,6 +7,7 @@ mod material;
 mod media;
 mod mesh;
 mod object;
+mod packet;
 mod summary;
 mod texture;
 mod traverse;
@@ -18,6 +19,7 @@ pub use material::Material;
 pub use media::MediumStack;
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
+pub use packet::PacketScratch;
 pub use summary::Summary;
 pub use texture::Texture;
 
