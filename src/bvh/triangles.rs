@@ -1,7 +1,7 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
 use super::simd::{Isa, Lanes, LeafVisitor};
-use super::{Bvh, EMPTY_SLOT, TreeKernels};
+use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -73,9 +73,10 @@ impl Triangles {
         &self.tree
     }
 
-    /// Bytes of nodes and blocks.
-    pub fn bytes(&self) -> usize {
-        self.tree.bytes() + size_of_val(&*self.blocks)
+    /// Describes the tree; its bytes are those of nodes and blocks.
+    pub fn stats(&self) -> BvhStats {
+        let stats = self.tree.stats();
+        BvhStats { bytes: stats.bytes + size_of_val(&*self.blocks), ..stats }
     }
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
