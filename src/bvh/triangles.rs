@@ -146,6 +146,7 @@ pub trait BlockTest {
 pub struct PlainWoopTest(TriangleRay);
 
 impl BlockTest for PlainWoopTest {
+    #[inline(always)]
     fn new(ray: &Ray, _extent: f64) -> Self {
         Self(TriangleRay::new(ray))
     }
@@ -160,6 +161,7 @@ impl BlockTest for PlainWoopTest {
         self.0.intersect_permuted(block.triangle(lane, self.0.axes), t_max)
     }
 
+    #[inline(always)]
     fn shorten(&mut self, _t_max: f64) {}
 }
 
@@ -310,6 +312,7 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
         (t > self.t_min && t <= t_max).then(|| (t, f64::from(self.u[lane & 7]), f64::from(self.v[lane & 7])))
     }
 
+    #[inline(always)]
     fn shorten(&mut self, _t_max: f64) {}
 }
 
