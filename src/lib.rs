@@ -18,7 +18,7 @@
 //! the table and fails when a file breaks it.
 //!
 //! ```text
-//! math < geometry, description < bvh, assets < scene < shading < render < output < headless, tui < cli < main
+//! math, workers < geometry, description < bvh, assets < scene < shading < render < output < headless, tui < cli < main
 //! ```
 //!
 //! # Glossary
@@ -51,3 +51,4 @@ pub mod render;
 pub mod scene;
 pub mod shading;
 pub mod tui;
+pub mod workers;
