@@ -55,8 +55,8 @@ impl Fitted {
     }
 
     fn contains(&self, value: f64) -> bool {
-        let slack = 1e-9 * (self.high - self.low);
-        (self.low - slack..=self.high + slack).contains(&value)
+        let slack = |end: f64| if self.scale == Scale::Log { 1e-9 * end } else { 1e-9 * (self.high - self.low) };
+        (self.low - slack(self.low)..=self.high + slack(self.high)).contains(&value)
     }
 
     fn linear_ticks(&mut self) {

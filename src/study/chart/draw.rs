@@ -20,6 +20,9 @@ const FONT: &str = "Noto Sans, DejaVu Sans, Helvetica, Arial, sans-serif";
 const REGULAR: &[u8] = include_bytes!("font/NotoSans-Regular.ttf");
 const BOLD: &[u8] = include_bytes!("font/NotoSans-Bold.ttf");
 
+/// How much too high the pixel backend of plotters draws texts, in sizes of their font.
+const TEXT_TOO_HIGH: f64 = 0.17;
+
 const INK: RGBColor = RGBColor(34, 34, 34);
 const SOFT_INK: RGBColor = RGBColor(95, 95, 95);
 const GRID: RGBColor = RGBColor(222, 222, 222);
@@ -34,7 +37,7 @@ impl Chart {
         let mut large = vec![255u8; fine.0 as usize * fine.1 as usize * 3];
         {
             let area = BitMapBackend::with_buffer(&mut large, fine).into_drawing_area();
-            self.draw(&area, DENSITY * OVERSAMPLING)?;
+            self.draw(&area, DENSITY * OVERSAMPLING, TEXT_TOO_HIGH)?;
         }
         let (stride, n) = (fine.0 as usize * 3, OVERSAMPLING as usize);
         let mut small = Vec::with_capacity(width as usize * height as usize * 3);
@@ -57,16 +60,16 @@ impl Chart {
         {
             let size = ((WIDTH * DENSITY) as u32, (HEIGHT * DENSITY) as u32);
             let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-            self.draw(&area, DENSITY)?;
+            self.draw(&area, DENSITY, 0.0)?;
         }
         Ok(text)
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, unit: i32) -> Result<(), String> {
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, unit: i32, sink: f64) -> Result<(), String> {
         let refused = |_| "the font inside the program is damaged".to_owned();
         register_font(FONT, FontStyle::Normal, REGULAR).map_err(refused)?;
         register_font(FONT, FontStyle::Bold, BOLD).map_err(refused)?;
-        let pen = Pen { area, unit: f64::from(unit) };
+        let pen = Pen { area, unit: f64::from(unit), sink };
         self.draw_with(&pen).and_then(|()| area.present()).map_err(|error| error.to_string())
     }
 
@@ -265,6 +268,8 @@ enum Anchor {
 struct Pen<'a, B: DrawingBackend> {
     area: &'a DrawingArea<B, Shift>,
     unit: f64,
+    /// How much lower than told texts are put, in sizes of their font.
+    sink: f64,
 }
 
 impl<B: DrawingBackend> Pen<'_, B> {
@@ -291,6 +296,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
             Anchor::BottomRight => (HPos::Right, VPos::Bottom),
         };
         let style = TextStyle::from(self.font(size, bold)).color(&color).pos(Pos::new(h, v));
+        let at = (at.0, at.1 + self.sink * size);
         self.area.draw(&Text::new(text.to_owned(), self.px(at), style))
     }
 

@@ -219,7 +219,7 @@ mod tests {
     fn every_size_holds_title_labels_and_signs_and_no_colours_unless_asked() {
         for (width, height) in [(1, 1), (60, 20), (200, 60)] {
             let text = example().to_terminal(TerminalStyle { width, height, color: false });
-            for part in ["Error against", "time (s)", "error (codes)", "● first", "●", "■", "0.1", "10"] {
+            for part in ["Error against", "time (s)", "error (codes)", "● first", "●", "■", "0.5", "10"] {
                 assert!(text.contains(part), "{part} at {width}x{height}:\n{text}");
             }
             assert!(!text.contains('\x1b'));
