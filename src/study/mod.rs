@@ -5,6 +5,7 @@
 
 mod clock;
 mod console;
+mod kernel;
 mod machine;
 mod measure;
 mod report;
@@ -15,6 +16,7 @@ pub mod metrics;
 
 pub use clock::{Clock, SystemClock};
 pub use console::{Console, StudyError};
+pub use kernel::{KernelOptions, kernel};
 pub use machine::Machine;
 pub use measure::{Plan, PowerLaw, Stats, Timed};
 pub use report::Report;
