@@ -107,8 +107,9 @@ pub fn kernel(
     }
     console.clear();
     report.notes.push(format!(
-        "One thread. Packets are of {PACKET} rays. All presets trace the same rays, which start as far from a surface as fast \
-         needs; wrong is measured against reference: rays with another hit, and the largest difference in t over t."
+        "One thread; medians of {} rounds, ± the median distance from them. Packets are of {PACKET} rays. All presets trace the same rays, which start as far from a surface as fast \
+         needs; wrong is measured against reference: rays with another hit, and the largest difference in t over t.",
+        options.rounds
     ));
     Ok(report)
 }
@@ -265,7 +266,7 @@ fn tell_rays(
     runs: &[Vec<Timed<()>>],
     wrong: &[Wrong],
 ) {
-    let columns = ["rays", "numerics", "mode", "isa", "Mrays/s", "±", "ns a ray", "other hits", "largest dt/t"];
+    let columns = ["rays", "numerics", "mode", "isa", "Mrays/s", "±", "best", "ns a ray", "other hits", "largest dt/t"];
     let mut table = Table::new("Rays a second", &columns);
     let mut summary = Vec::new();
     for ((setting, runs), wrong) in settings.iter().zip(runs).zip(wrong) {
@@ -289,13 +290,14 @@ fn tell_rays(
             report.samples.push(row);
         }
         let Some(rate) = Stats::of(&rates) else { continue };
-        let row: [Cell; 9] = [
+        let row: [Cell; 10] = [
             kind.into(),
             numerics.into(),
             mode.into(),
             isa.into(),
             (rate.median / 1e6).into(),
             (rate.mad / 1e6).into(),
+            (rate.max / 1e6).into(),
             (1e9 / rate.median).into(),
             wrong.other.into(),
             wrong.distance.into(),
@@ -349,7 +351,7 @@ fn build_all(
         }
         Ok::<_, StudyError>(bytes)
     })?;
-    let columns = ["threads", "Mtris/s", "±", "time (ms)", "triangles", "bytes a triangle"];
+    let columns = ["threads", "Mtris/s", "±", "best", "time (ms)", "triangles", "bytes a triangle"];
     let mut table = Table::new("Trees over meshes", &columns);
     let mut summary = Vec::new();
     for (threads, runs) in threads.iter().zip(&runs) {
@@ -369,10 +371,11 @@ fn build_all(
         }
         let (Some(rate), Some(run)) = (Stats::of(&rates), runs.first()) else { continue };
         let bytes = run.value as f64 / triangles as f64;
-        let row: [Cell; 6] = [
+        let row: [Cell; 7] = [
             threads.get().into(),
             (rate.median / 1e6).into(),
             (rate.mad / 1e6).into(),
+            (rate.max / 1e6).into(),
             (1e3 * triangles as f64 / rate.median).into(),
             triangles.into(),
             bytes.into(),

@@ -5,11 +5,14 @@
 
 mod clock;
 mod console;
+mod flip;
 mod kernel;
 mod machine;
 mod measure;
 mod report;
 mod table;
+mod threads;
+mod trial;
 
 pub mod chart;
 pub mod metrics;
@@ -21,3 +24,5 @@ pub use machine::Machine;
 pub use measure::{Plan, PowerLaw, Stats, Timed};
 pub use report::Report;
 pub use table::{Cell, Table, four_figures};
+pub use threads::threads;
+pub use trial::{Trial, render};
