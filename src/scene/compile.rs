@@ -117,7 +117,7 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
         render: desc.render,
         camera,
         world: desc.world,
-        lights: desc.lights.iter().map(Light::new).collect(),
+        lights: desc.lights.iter().filter(|light| light.visible).map(Light::new).collect(),
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
         summary: Summary { load_time, build_time, ..Summary::default() },
@@ -240,7 +240,7 @@ fn compile_texture(desc: &TextureDesc, assets: &Assets) -> Texture {
 impl Geometry {
     fn build(sources: &[ObjectDesc], loaded: &Loaded) -> Result<Self, CompileError> {
         let mut objects = Vec::with_capacity(sources.len());
-        for (index, source) in sources.iter().enumerate() {
+        for (index, source) in sources.iter().enumerate().filter(|(_, source)| source.visible) {
             place(source, index, &loaded.assets, &mut objects)
                 .ok_or_else(|| CompileError::Singular { object: part(index, &source.name) })?;
         }
@@ -304,7 +304,7 @@ fn threads() -> NonZeroUsize {
 }
 
 fn same_places(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
-    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale);
+    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale, o.visible);
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.shape == b.shape && place(a) == place(b))
 }
 

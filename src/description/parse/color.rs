@@ -1,9 +1,9 @@
 //! Colours.
 
-use super::interval::Interval;
 use super::nearest::{did_you_mean, quoted};
 use super::report::{Report, Words};
 use super::value::Value;
+use crate::description::interval::Interval;
 use crate::math::{Rgb, srgb8_to_linear};
 use csscolorparser::NAMED_COLORS;
 use toml::de::DeValue;

@@ -6,7 +6,6 @@
 mod color;
 mod entry;
 mod file;
-mod interval;
 mod material;
 mod nearest;
 mod object;
