@@ -50,6 +50,12 @@ impl Interval {
         if self.closed { self.low <= v && v <= self.high } else { self.low < v && v < self.high }
     }
 
+    /// The nearest number that belongs to it; of an open end one a little inside. NaN gives the lower end.
+    pub fn clamp(self, v: f64) -> f64 {
+        let inside = if self.closed { 0.0 } else { (self.high - self.low) * 1e-6 };
+        v.max(self.low + inside).min(self.high - inside)
+    }
+
     /// "from 0 to 1".
     pub fn words(self) -> String {
         let (low, high) = (short(self.low), short(self.high));

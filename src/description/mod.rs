@@ -5,16 +5,26 @@
 
 mod builtin;
 mod diagnostic;
+pub mod edit;
 mod escape;
+mod expression;
+mod history;
 mod interval;
 mod names;
+pub mod parameter;
 mod parse;
+mod save;
+mod target;
 
 pub use builtin::{DEMO, builtin};
 pub use diagnostic::Diagnostic;
 pub use escape::printable;
+pub use expression::Expression;
+pub use history::History;
 pub use interval::Interval;
-pub use parse::{Entry, parse, parse_color, point_out};
+pub use parse::{color_code, parse, parse_color, point_out};
+pub use save::{SaveError, Source, save};
+pub use target::{Refused, Target};
 
 use crate::math::Rgb;
 use glam::{DVec2, DVec3};
