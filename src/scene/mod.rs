@@ -8,6 +8,7 @@ mod media;
 mod mesh;
 mod object;
 mod packet;
+mod pick;
 mod summary;
 mod texture;
 mod traverse;
@@ -20,6 +21,7 @@ pub use media::MediumStack;
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
 pub use packet::PacketScratch;
+pub use pick::Pick;
 pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
@@ -48,8 +50,10 @@ pub struct Scene {
     pub world: WorldDesc,
     /// Light sources.
     pub lights: Vec<Light>,
-    /// Optical properties, by index.
+    /// Optical properties, by index: those of the description first, then the default one, then those of models.
     pub materials: Vec<Material>,
+    /// How many of the materials are those of the description.
+    described_materials: usize,
     /// What compiling found and took.
     pub summary: Summary,
     geometry: Arc<Geometry>,

@@ -119,12 +119,18 @@ pub fn checker(a: Rgb, b: Rgb, size: f64) -> Option<TextureDesc> {
 }
 
 pub fn point_light(position: DVec3, color: Rgb, intensity: f64, falloff: Falloff) -> LightDesc {
-    LightDesc { name: String::new(), kind: LightKind::Point { position, falloff }, color, intensity }
+    LightDesc { name: String::new(), kind: LightKind::Point { position, falloff }, color, intensity, visible: true }
 }
 
 /// A light far away in direction `toward`.
 pub fn sun(toward: DVec3, color: Rgb, intensity: f64) -> LightDesc {
-    LightDesc { name: String::new(), kind: LightKind::Directional { direction: -toward }, color, intensity }
+    LightDesc {
+        name: String::new(),
+        kind: LightKind::Directional { direction: -toward },
+        color,
+        intensity,
+        visible: true,
+    }
 }
 
 /// Writes a model into the tests' directory and gives its path. `name` must be unique among all tests.
