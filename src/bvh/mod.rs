@@ -9,6 +9,7 @@
 mod build;
 mod collapse;
 mod kernels;
+mod overlap;
 mod simd;
 mod triangles;
 

@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Why a description cannot be compiled.
@@ -138,6 +138,7 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         eye_media: MediumStack::default(),
     };
     if scene.has_media {
+        scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
     scene.describe(desc);
@@ -268,7 +269,7 @@ impl Geometry {
         }
         let (tree, slots) = Bvh::build(&boxes, 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded })
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, clearances: OnceLock::new() })
     }
 }
 

@@ -58,7 +58,8 @@ pub(super) struct Lighting {
     /// Toward it, one a beam.
     pub shadow_rays: Vec<Ray>,
     pub occluded: Vec<bool>,
-    pub filters: Filters,
+    /// With transparent objects along a shadow ray.
+    pub glass: Vec<Hit>,
 }
 
 /// A surface that light can fall on.
@@ -85,15 +86,6 @@ pub(super) struct Beam {
     pub radiance: Rgb,
     /// The part of it that arrives.
     pub part: f64,
-}
-
-/// Shadow rays that are on their way through transparent bodies.
-#[derive(Debug, Default)]
-pub(super) struct Filters {
-    /// The beam of each.
-    pub beams: Vec<u32>,
-    pub media: Vec<MediumStack>,
-    pub hits: Vec<Option<Hit>>,
 }
 
 impl Level {
