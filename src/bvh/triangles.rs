@@ -1,7 +1,7 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
 use super::simd::{Isa, Lanes, LeafVisitor};
-use super::{Bvh, EMPTY_SLOT, TreeKernels};
+use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -73,9 +73,10 @@ impl Triangles {
         &self.tree
     }
 
-    /// Bytes of nodes and blocks.
-    pub fn bytes(&self) -> usize {
-        self.tree.bytes() + size_of_val(&*self.blocks)
+    /// Describes the tree; its bytes are those of nodes and blocks.
+    pub fn stats(&self) -> BvhStats {
+        let stats = self.tree.stats();
+        BvhStats { bytes: stats.bytes + size_of_val(&*self.blocks), ..stats }
     }
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
@@ -145,6 +146,7 @@ pub trait BlockTest {
 pub struct PlainWoopTest(TriangleRay);
 
 impl BlockTest for PlainWoopTest {
+    #[inline(always)]
     fn new(ray: &Ray, _extent: f64) -> Self {
         Self(TriangleRay::new(ray))
     }
@@ -159,6 +161,7 @@ impl BlockTest for PlainWoopTest {
         self.0.intersect_permuted(block.triangle(lane, self.0.axes), t_max)
     }
 
+    #[inline(always)]
     fn shorten(&mut self, _t_max: f64) {}
 }
 
@@ -309,6 +312,7 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
         (t > self.t_min && t <= t_max).then(|| (t, f64::from(self.u[lane & 7]), f64::from(self.v[lane & 7])))
     }
 
+    #[inline(always)]
     fn shorten(&mut self, _t_max: f64) {}
 }
 

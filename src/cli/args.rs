@@ -1,5 +1,6 @@
 //! Flags, as clap reads them.
 
+use crate::bvh::Isa;
 use crate::description::{Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
@@ -37,6 +38,8 @@ pub struct CheckArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub isa: IsaArg,
+    #[command(flatten)]
     pub color: ColorArg,
 }
 
@@ -68,6 +71,8 @@ pub struct RenderArgs {
     /// Arithmetic that finds the hits
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
+    #[command(flatten)]
+    pub isa: IsaArg,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
     #[arg(
         long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size,
@@ -82,6 +87,28 @@ pub struct RenderArgs {
     pub quiet: bool,
     #[command(flatten)]
     pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct IsaArg {
+    /// Instruction set to trace with: portable (or sse2), avx2 or avx512 [default: GLIMT_ISA, or the fastest here]
+    #[arg(long, value_name = "NAME", value_parser = str::parse::<Isa>)]
+    isa: Option<Isa>,
+}
+
+impl IsaArg {
+    /// What the flag says, or else the variable `GLIMT_ISA`, or else the fastest that there is. The error is for people.
+    pub fn chosen(&self) -> Result<Isa, String> {
+        const VARIABLE: &str = "GLIMT_ISA";
+        match (self.isa, std::env::var_os(VARIABLE)) {
+            (Some(isa), _) => Ok(isa),
+            (None, Some(name)) if !name.is_empty() => {
+                let name = name.to_string_lossy();
+                name.parse().map_err(|error| format!("the variable {VARIABLE} is '{name}': {error}"))
+            }
+            _ => Ok(Isa::best()),
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -220,6 +247,7 @@ mod tests {
             ("--shading gouraud", "lambert, phong, whitted"),
             ("--shadows soft", "opaque, filtered"),
             ("--numerics exact", "classic, fast, robust, reference"),
+            ("--isa mmx", "no such instruction set; here there is portable"),
             ("--color sometimes", "auto, truecolor, 256, never"),
         ] {
             let message = parse(&format!("glimt {flags}")).unwrap_err();

@@ -85,6 +85,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         compiled: opened.compiled.take().map(Arc::new),
         output,
         threads: args.settings().threads,
+        isa: opened.isa,
         color: args.color.color,
     };
     let outcome = tui::run(options).map_err(|error| match error {
@@ -139,7 +140,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
 
 /// `glimt check`
 fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let opened = Opened::new(args.scene.as_deref(), None)?;
+    let opened = Opened::new(args.scene.as_deref(), None, &args.isa)?;
     let scene = opened.compile()?;
     print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
     Ok(ExitCode::SUCCESS)
@@ -149,7 +150,7 @@ fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 /// picture that is too large are found before the work, not after it.
 fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
     let film = args.size.map(|(width, height)| FilmDesc { width, height });
-    let mut opened = Opened::new(args.scene.as_deref(), film)?;
+    let mut opened = Opened::new(args.scene.as_deref(), film, &args.isa)?;
     args.override_scene(&mut opened.desc);
     let output = args.output.clone().unwrap_or_else(|| opened.default_output());
     if output.as_os_str() == "-" {

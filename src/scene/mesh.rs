@@ -63,7 +63,7 @@ impl Mesh {
 
     /// Describes the tree.
     pub fn stats(&self) -> BvhStats {
-        self.tree.tree().stats()
+        self.tree.stats()
     }
 
     /// Index of a triangle's material among the file's.

@@ -13,18 +13,18 @@ mod texture;
 mod traverse;
 
 pub use camera::Camera;
-pub use compile::{CompileError, Part, compile};
+pub use compile::{CompileError, Part, compile, compile_for};
 pub use light::{Illumination, Light};
 pub use material::Material;
 pub use media::MediumStack;
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
 pub use packet::PacketScratch;
-pub use summary::Summary;
+pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
 use crate::assets::Image;
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
 use glam::DVec3;
@@ -103,6 +103,11 @@ impl Scene {
     /// The compiled objects; [`Hit::object`](crate::geometry::Hit) is an index into them.
     pub fn objects(&self) -> &[Object] {
         &self.geometry.objects
+    }
+
+    /// The instruction set that rays are traced with.
+    pub fn isa(&self) -> Isa {
+        self.geometry.tree.isa()
     }
 
     /// Index of the material that a hit meets.
