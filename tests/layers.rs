@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Modules from low to high: each may use those of earlier rows, none of its own row. `lib.rs` tells the same.
 const LAYERS: &[&[&str]] = &[
-    &["math"],
+    &["math", "workers"],
     &["geometry", "description"],
     &["bvh", "assets"],
     &["scene"],

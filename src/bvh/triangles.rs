@@ -1,6 +1,6 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
-use super::simd::{Isa, Lanes, LeafVisitor};
+use super::simd::{Isa, Lanes, LeafVisitor, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
@@ -47,24 +47,20 @@ pub struct Triangles {
 
 impl Triangles {
     /// Builds the tree over triangles, given by their corners.
-    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3], isa: Isa, threads: NonZeroUsize) -> Self {
-        let boxes: Vec<Aabb> = (0..count).map(|i| Aabb::of_points(corners(i))).collect();
-        let (tree, slots) = Bvh::build(&boxes, 8, isa, threads);
-        let blocks = slots
-            .chunks_exact(8)
-            .map(|slots| {
-                let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
-                for (lane, &id) in slots.iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
-                    for (corner, p) in corners(id as usize).into_iter().enumerate() {
-                        for axis in 0..3 {
-                            block.corners[corner][axis][lane] = p[axis];
-                        }
+    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync, isa: Isa, threads: NonZeroUsize) -> Self {
+        let (tree, slots) = Bvh::build(count, |i| Aabb::of_points(corners(i)), 8, isa, threads);
+        let blocks = filled(slots.len() / 8, threads, |k| {
+            let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
+            for (lane, &id) in slots[8 * k..][..8].iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
+                for (corner, p) in corners(id as usize).into_iter().enumerate() {
+                    for axis in 0..3 {
+                        block.corners[corner][axis][lane] = p[axis];
                     }
-                    block.ids[lane] = id;
                 }
-                block
-            })
-            .collect();
+                block.ids[lane] = id;
+            }
+            block
+        });
         Self { tree, blocks }
     }
 

@@ -1,7 +1,6 @@
 //! Scene files and models to descriptions.
 
 use super::Failure;
-use super::args::IsaArg;
 use super::model_scene::scene_of_model;
 use crate::bvh::Isa;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
@@ -35,9 +34,8 @@ const MAX_TEXT: u64 = 256 << 20;
 impl Opened {
     /// Reads a scene, or makes one for a model; the demo scene if there is no file. `film`: the size that the flags
     /// ask for, which a model is framed for.
-    pub fn new(file: Option<&Path>, film: Option<FilmDesc>, isa: &IsaArg) -> Result<Self, Failure> {
+    pub fn new(file: Option<&Path>, film: Option<FilmDesc>, isa: Isa) -> Result<Self, Failure> {
         let begun = Instant::now();
-        let isa = isa.chosen().map_err(Failure::Asked)?;
         let file = file.unwrap_or(Path::new(DEMO));
         let is_model = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
         let (desc, text, compiled) = if is_model {

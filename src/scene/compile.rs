@@ -267,7 +267,7 @@ impl Geometry {
                 (None, _) => {} // A mesh without triangles.
             }
         }
-        let (tree, slots) = Bvh::build(&boxes, 1, isa, threads());
+        let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
         Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, clearances: OnceLock::new() })
     }
