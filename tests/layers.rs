@@ -31,6 +31,7 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("ratatui", &["study/chart/", "tui/"]),
     ("tobj", &["assets/obj"]),
     ("toml", &["description/"]),
+    ("toml_edit", &["description/save/"]),
 ];
 
 /// The only folder with unsafe code.
