@@ -50,4 +50,5 @@ pub mod output;
 pub mod render;
 pub mod scene;
 pub mod shading;
+pub mod study;
 pub mod tui;

@@ -1,0 +1,82 @@
+//! Where methods fail: experiments S1 to S21 of numerics.md through the renderer's own code, each against an oracle.
+
+mod acne;
+mod boxes;
+mod oracle;
+mod quadrics;
+mod refraction;
+mod scenes;
+mod solids;
+mod spheres;
+mod sweep;
+mod trials;
+mod triangles;
+mod vectors;
+
+pub use sweep::{Row, Sweep};
+pub use trials::{Effort, PRESETS};
+
+/// One experiment.
+pub struct Experiment {
+    /// As in numerics.md: `S1`.
+    pub id: &'static str,
+    /// In words.
+    pub title: &'static str,
+    /// What is taken for the truth.
+    pub oracle: &'static str,
+    /// Carries it out.
+    pub run: fn(&Effort) -> Vec<Sweep>,
+}
+
+const DD: &str = "double-double";
+
+/// All experiments.
+pub const EXPERIMENTS: &[Experiment] = &[
+    Experiment { id: "S1", title: "balls from afar", oracle: DD, run: spheres::far },
+    Experiment { id: "S2", title: "balls just grazed", oracle: DD, run: spheres::grazing },
+    Experiment { id: "S3", title: "balls as floors", oracle: DD, run: spheres::floor },
+    Experiment { id: "S4", title: "cylinders", oracle: DD, run: quadrics::cylinder },
+    Experiment { id: "S5", title: "cones", oracle: DD, run: quadrics::cone },
+    Experiment {
+        id: "S6",
+        title: "rims, edges and apices",
+        oracle: "crossings of a closed solid",
+        run: quadrics::joints,
+    },
+    Experiment { id: "S7", title: "boxes that are touched", oracle: "exact arithmetic", run: boxes::slabs },
+    Experiment { id: "S8", title: "closed meshes", oracle: "no way out; f64 boxes", run: triangles::watertight },
+    Experiment { id: "S9", title: "slivers and grazed triangles", oracle: DD, run: triangles::slivers },
+    Experiment { id: "S10", title: "acne and lost contacts", oracle: "convexity", run: acne::acne },
+    Experiment { id: "S11", title: "refraction", oracle: DD, run: refraction::refraction },
+    Experiment { id: "S12", title: "energy", oracle: "a white furnace shows 1", run: refraction::energy },
+];
+#[cfg(test)]
+mod dev {
+    #[test]
+    fn dev() {
+        let only = std::env::var("ONLY").unwrap_or_default();
+        let effort =
+            super::Effort { quick: std::env::var("FULL").is_err(), threads: std::num::NonZeroUsize::new(2).unwrap() };
+        for e in super::EXPERIMENTS.iter().filter(|e| only.is_empty() || only.split(',').any(|o| o == e.id)) {
+            let start = std::time::Instant::now();
+            let tables = (e.run)(&effort);
+            println!("{} {} {:.2?}", e.id, e.title, start.elapsed());
+            for t in tables {
+                println!("  {} by {}", t.measure, t.axis);
+                for r in t.rows {
+                    println!(
+                        "    {:9.1e} n={:8} {:9.1e} {:9.1e} {:9.1e} {:9.1e}  <= {:?} {}",
+                        r.difficulty,
+                        r.trials,
+                        r.values[0],
+                        r.values[1],
+                        r.values[2],
+                        r.values[3],
+                        r.threshold,
+                        if r.holds() { "" } else { "FAILS" }
+                    );
+                }
+            }
+        }
+    }
+}
