@@ -1,7 +1,7 @@
 //! S10: rays that start on a surface meet neither that surface nor pass what stands a millionth of the size away.
 
 use super::scenes::{
-    ModelFile, NUMERICS, at, bare, compile, cuboid, empty, matte, mesh, object, perspective, picture, point_light, v,
+    ModelFile, NUMERICS, at, compile, cuboid, empty, matte, mesh, object, perspective, picture, point_light, v,
 };
 use super::sweep::{Row, Sweep};
 use super::trials::{Effort, Tally, each_preset};
@@ -178,7 +178,7 @@ fn images(effort: &Effort, model: &Path) -> Sweep {
                 let fov = 2.0 * (1.3 / eye).atan().to_degrees();
                 let camera = perspective(offset + v(0.4, 0.6, 0.7).normalize() * (eye * size), offset, fov);
                 let mut desc = empty(effort.choose(32, 128), effort.choose(32, 128), camera);
-                desc.materials = vec![matte("body"), bare("", crate::math::Rgb::BLACK)];
+                desc.materials = vec![matte("body")];
                 let turned = ObjectDesc { rotate: v(20.0, 30.0, 10.0), ..shape.clone() };
                 desc.objects = vec![ObjectDesc { scale: DVec3::splat(size), ..at(offset, turned) }];
                 let lamp = offset + v(0.9, 0.4, 0.5).normalize() * (light * size);

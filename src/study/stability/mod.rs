@@ -2,6 +2,10 @@
 
 mod acne;
 mod boxes;
+mod hostile;
+mod invariance;
+mod media;
+mod numbers;
 mod oracle;
 mod quadrics;
 mod refraction;
@@ -9,6 +13,7 @@ mod scenes;
 mod solids;
 mod spheres;
 mod sweep;
+mod terminator;
 mod trials;
 mod triangles;
 mod vectors;
@@ -49,6 +54,15 @@ pub const EXPERIMENTS: &[Experiment] = &[
     Experiment { id: "S10", title: "acne and lost contacts", oracle: "convexity", run: acne::acne },
     Experiment { id: "S11", title: "refraction", oracle: DD, run: refraction::refraction },
     Experiment { id: "S12", title: "energy", oracle: "a white furnace shows 1", run: refraction::energy },
+    Experiment { id: "S13", title: "media", oracle: "the same bodies, made otherwise", run: media::media },
+    Experiment { id: "S14", title: "terminator", oracle: "the ball itself", run: terminator::terminator },
+    Experiment { id: "S15", title: "scale and mirror", oracle: "the scene itself", run: invariance::equivariance },
+    Experiment { id: "S16", title: "translation", oracle: "the scene at the origin", run: invariance::translation },
+    Experiment { id: "S17", title: "determinism", oracle: "one thread", run: invariance::determinism },
+    Experiment { id: "S18", title: "hostile input", oracle: "an error or a picture", run: hostile::hostile },
+    Experiment { id: "S19", title: "accumulation", oracle: DD, run: numbers::accumulation },
+    Experiment { id: "S20", title: "sRGB codes", oracle: DD, run: numbers::codes },
+    Experiment { id: "S21", title: "texture coordinates", oracle: "closed forms", run: numbers::texture_coordinates },
 ];
 #[cfg(test)]
 mod dev {

@@ -172,8 +172,17 @@ pub fn apart(a: &Sample, b: &Sample) -> bool {
 pub struct ModelFile(PathBuf);
 
 impl ModelFile {
-    /// Writes these triangles; corners with the same bits are one vertex.
+    /// Writes these flat triangles; corners with the same bits are one vertex.
     pub fn new(triangles: &[[glam::Vec3; 3]]) -> Self {
+        Self::write(triangles, false)
+    }
+
+    /// The same as a smooth ball about the origin: the normal of each vertex is its direction.
+    pub fn smooth_ball(triangles: &[[glam::Vec3; 3]]) -> Self {
+        Self::write(triangles, true)
+    }
+
+    fn write(triangles: &[[glam::Vec3; 3]], smooth: bool) -> Self {
         use std::fmt::Write;
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let (mut vertices, mut faces) = (String::new(), String::new());
@@ -183,10 +192,14 @@ impl ModelFile {
                 let next = known.len() + 1;
                 *known.entry(p.to_array().map(f32::to_bits)).or_insert_with(|| {
                     let _ = writeln!(vertices, "v {} {} {}", p.x, p.y, p.z);
+                    if smooth {
+                        let _ = writeln!(vertices, "vn {} {} {}", p.x, p.y, p.z);
+                    }
                     next
                 })
             });
-            let _ = writeln!(faces, "f {} {} {}", corners[0], corners[1], corners[2]);
+            let [a, b, c] = corners.map(|n| if smooth { format!("{n}//{n}") } else { n.to_string() });
+            let _ = writeln!(faces, "f {a} {b} {c}");
         }
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("glimt-stability-{}-{number}.obj", std::process::id()));
