@@ -12,7 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["shading"],
     &["render"],
     &["output"],
-    &["headless", "tui"],
+    &["headless", "study", "tui"],
     &["cli"],
     &["main"],
 ];
@@ -23,10 +23,12 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("clap", &["cli/"]),
     ("crossbeam_channel", &["render/", "tui/"]),
     ("crossterm", &["tui/"]),
+    ("csv", &["study/"]),
     ("csscolorparser", &["description/"]),
     ("image", &["assets/", "output/"]),
     ("indicatif", &["headless/"]),
-    ("ratatui", &["tui/"]),
+    ("plotters", &["study/chart/"]),
+    ("ratatui", &["study/chart/", "tui/"]),
     ("tobj", &["assets/obj"]),
     ("toml", &["description/"]),
 ];
