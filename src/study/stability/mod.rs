@@ -69,8 +69,11 @@ mod dev {
     #[test]
     fn dev() {
         let only = std::env::var("ONLY").unwrap_or_default();
-        let effort =
-            super::Effort { quick: std::env::var("FULL").is_err(), threads: std::num::NonZeroUsize::new(2).unwrap() };
+        let effort = super::Effort {
+            go_on: &|| true,
+            quick: std::env::var("FULL").is_err(),
+            threads: std::num::NonZeroUsize::new(2).unwrap(),
+        };
         for e in super::EXPERIMENTS.iter().filter(|e| only.is_empty() || only.split(',').any(|o| o == e.id)) {
             let start = std::time::Instant::now();
             let tables = (e.run)(&effort);

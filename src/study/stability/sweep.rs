@@ -1,10 +1,10 @@
 //! What an experiment finds.
 
 use super::trials::Tally;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One measure against one axis of difficulty, for every preset.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Sweep {
     /// What is measured: "wrong hit or miss".
     pub measure: String,
@@ -15,7 +15,7 @@ pub struct Sweep {
 }
 
 /// The values of one difficulty.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Row {
     /// On the axis.
     pub difficulty: f64,

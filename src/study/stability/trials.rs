@@ -58,7 +58,8 @@ impl Tally {
     /// Keeps the largest errors. NaN is worse than any.
     pub fn measure(&mut self, errors: [f64; 4]) {
         for (worst, error) in self.worst.iter_mut().zip(errors) {
-            *worst = if error.is_nan() { f64::INFINITY } else { worst.max(error) };
+            // The largest number that a file can hold.
+            *worst = if error.is_finite() { worst.max(error) } else { f64::MAX };
         }
     }
 
@@ -79,18 +80,20 @@ impl AddAssign for Tally {
 }
 
 /// How much is tried, and by how many threads.
-#[derive(Clone, Copy, Debug)]
-pub struct Effort {
+#[derive(Clone, Copy)]
+pub struct Effort<'a> {
     /// A hundredth of everything.
     pub quick: bool,
     /// Threads for trials.
     pub threads: NonZeroUsize,
+    /// Asked now and then, by the thread that calls, whether to go on. If not, what comes out means nothing.
+    pub go_on: &'a dyn Fn() -> bool,
 }
 
 /// Trials that one thread takes at a time, with a generator of their own.
 const CHUNK: u64 = 1024;
 
-impl Effort {
+impl Effort<'_> {
     /// `full`, or when in haste `quick`.
     pub fn choose<T>(&self, quick: T, full: T) -> T {
         if self.quick { quick } else { full }
@@ -106,13 +109,17 @@ impl Effort {
     ) -> [Tally; N] {
         let next = AtomicU64::new(0);
         let total = Mutex::new([Tally::default(); N]);
-        let work = || {
+        let work = |go_on: &dyn Fn() -> bool| {
             let mut tallies = [Tally::default(); N];
             loop {
                 let chunk = next.fetch_add(1, Ordering::Relaxed);
-                let start = chunk * CHUNK;
+                let start = chunk.saturating_mul(CHUNK);
                 if start >= count {
                     break;
+                }
+                if !go_on() {
+                    // So far that nobody finds another one.
+                    next.store(u64::MAX / 2, Ordering::Relaxed);
                 }
                 let mut rng = SplitMix64(SplitMix64(seed ^ chunk.wrapping_mul(0xd134_2543_de82_ef95)).next_u64());
                 for _ in start..count.min(start + CHUNK) {
@@ -127,9 +134,9 @@ impl Effort {
         };
         thread::scope(|scope| {
             for _ in 1..self.threads.get() {
-                scope.spawn(work);
+                scope.spawn(|| work(&|| true));
             }
-            work();
+            work(self.go_on);
         });
         total.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
@@ -142,7 +149,8 @@ mod tests {
     #[test]
     fn the_tally_of_trials_does_not_depend_on_the_number_of_threads() {
         let run = |threads: usize| {
-            let effort = Effort { quick: true, threads: NonZeroUsize::new(threads).unwrap() };
+            let threads = NonZeroUsize::new(threads).unwrap();
+            let effort = Effort { quick: true, threads, go_on: &|| true };
             effort.run(5, 10_000, |rng, [a, b]: &mut [Tally; 2]| {
                 let x = rng.unit();
                 a.judge([x < 0.5, x < 0.25, x < 0.1, false]);
@@ -152,7 +160,7 @@ mod tests {
         let [a, b] = run(1);
         assert_eq!(a.trials, 10_000);
         assert!((a.rates()[0] - 0.5).abs() < 0.05 && a.failures[3] == 0);
-        assert!(b.worst[0] > 0.99 && b.worst[1] == 0.0 && b.worst[3] == f64::INFINITY);
+        assert!(b.worst[0] > 0.99 && b.worst[1] == 0.0 && b.worst[3] == f64::MAX);
         assert_eq!(run(3), [a, b]);
     }
 }
