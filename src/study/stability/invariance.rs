@@ -67,7 +67,7 @@ pub fn mirrored(desc: &SceneDesc) -> SceneDesc {
 pub fn equivariance(effort: &Effort) -> Vec<Sweep> {
     let model = model();
     let right = pictures(effort, &scene(effort, 1.0, DVec3::ZERO, &model));
-    let mut scaled = |sign: i32| {
+    let scaled = |sign: i32| {
         [1, 5, 10, 20, 40].map(|exponent| {
             let desc = scene(effort, 2f64.powi(sign * exponent), DVec3::ZERO, &model);
             let tally = changed(&right, &pictures(effort, &desc), other_bits, |pixel| pixel);

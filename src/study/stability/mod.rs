@@ -9,6 +9,7 @@ mod numbers;
 mod oracle;
 mod quadrics;
 mod refraction;
+mod run;
 mod scenes;
 mod solids;
 mod spheres;
@@ -18,6 +19,7 @@ mod trials;
 mod triangles;
 mod vectors;
 
+pub use run::{Finding, Plan, all_hold, run, summary};
 pub use sweep::{Row, Sweep};
 pub use trials::{Effort, PRESETS};
 
@@ -64,36 +66,3 @@ pub const EXPERIMENTS: &[Experiment] = &[
     Experiment { id: "S20", title: "sRGB codes", oracle: DD, run: numbers::codes },
     Experiment { id: "S21", title: "texture coordinates", oracle: "closed forms", run: numbers::texture_coordinates },
 ];
-#[cfg(test)]
-mod dev {
-    #[test]
-    fn dev() {
-        let only = std::env::var("ONLY").unwrap_or_default();
-        let effort = super::Effort {
-            go_on: &|| true,
-            quick: std::env::var("FULL").is_err(),
-            threads: std::num::NonZeroUsize::new(2).unwrap(),
-        };
-        for e in super::EXPERIMENTS.iter().filter(|e| only.is_empty() || only.split(',').any(|o| o == e.id)) {
-            let start = std::time::Instant::now();
-            let tables = (e.run)(&effort);
-            println!("{} {} {:.2?}", e.id, e.title, start.elapsed());
-            for t in tables {
-                println!("  {} by {}", t.measure, t.axis);
-                for r in t.rows {
-                    println!(
-                        "    {:9.1e} n={:8} {:9.1e} {:9.1e} {:9.1e} {:9.1e}  <= {:?} {}",
-                        r.difficulty,
-                        r.trials,
-                        r.values[0],
-                        r.values[1],
-                        r.values[2],
-                        r.values[3],
-                        r.threshold,
-                        if r.holds() { "" } else { "FAILS" }
-                    );
-                }
-            }
-        }
-    }
-}

@@ -38,10 +38,14 @@ impl Row {
         Self { difficulty, trials: tally.trials, values: tally.worst, threshold: Some(threshold) }
     }
 
-    /// Whether `robust` keeps what is promised.
+    /// Whether `robust` keeps what is promised of it.
     pub fn holds(&self) -> bool {
-        // A NaN holds nothing.
-        self.threshold.is_none_or(|threshold| self.values[2] <= threshold) && self.trials > 0
+        self.is_within(2)
+    }
+
+    /// Whether a preset keeps what is promised of `robust`. NaN does not, nor does what was never tried.
+    pub fn is_within(&self, preset: usize) -> bool {
+        self.threshold.is_none_or(|threshold| self.values[preset] <= threshold) && self.trials > 0
     }
 }
 
@@ -49,5 +53,10 @@ impl Sweep {
     /// A table of these rows.
     pub fn new(measure: &str, axis: &str, rows: Vec<Row>) -> Self {
         Self { measure: measure.into(), axis: axis.into(), rows }
+    }
+
+    /// Whether `robust` keeps what is promised in every row.
+    pub fn holds(&self) -> bool {
+        !self.rows.is_empty() && self.rows.iter().all(Row::holds)
     }
 }

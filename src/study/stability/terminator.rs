@@ -11,10 +11,10 @@ use glam::DVec3;
 pub fn terminator(effort: &Effort) -> Vec<Sweep> {
     let (mut black, mut error) = (Vec::new(), Vec::new());
     let toward = v(0.9, 0.3, 0.3).normalize();
-    let side = effort.choose(64, 400);
+    let side = effort.choose(48, 400);
     let height = 2.1;
     let mut before: Option<f64> = None;
-    for level in 0..=5 {
+    for level in 0..=effort.choose(4, 5) {
         let triangles = icosphere(level);
         let model = ModelFile::smooth_ball(&triangles);
         let mut desc = empty(side, side, orthographic(v(0.0, 0.0, 5.0), DVec3::ZERO, height));
