@@ -1,5 +1,7 @@
 //! Flags, as clap reads them.
 
+use super::compare::CompareArgs;
+use super::study::StudyCommand;
 use crate::description::{Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
@@ -30,6 +32,11 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// Say how far two pictures are apart
+    Compare(CompareArgs),
+    /// Measure speed, accuracy and growth, and draw them
+    #[command(subcommand)]
+    Study(StudyCommand),
 }
 
 #[derive(Debug, Args)]
@@ -114,7 +121,7 @@ impl RenderArgs {
 /// Most threads that can be asked for: more than any machine has processors, fewer than break one.
 const MAX_THREADS: usize = 1024;
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let form = "write it as 1280x720";
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or(form)?;
     let side = |text: &str| match text.trim().parse::<u32>() {
@@ -131,13 +138,13 @@ fn is_whole(text: &str) -> bool {
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let in_range = |n: &NonZeroUsize| n.get() <= MAX_THREADS;
     text.parse().ok().filter(in_range).ok_or_else(|| format!("must be from 1 to {MAX_THREADS}"))
 }
 
 /// A whole number from `low` to `high`.
-fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
+pub(super) fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
     move |text: &str| {
         let found = text.parse().ok().filter(|number| (low..=high).contains(number));
         found.ok_or_else(|| format!("must be from {low} to {high}"))
@@ -150,7 +157,9 @@ fn tile_size(text: &str) -> Result<u32, &'static str> {
 }
 
 /// One of the values of a table, by name.
-fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
+pub(super) fn named<T: Copy + Send + Sync + 'static>(
+    names: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _)| PossibleValue::new(*name))).try_map(move |text| {
         names.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or("no such value")
     })

@@ -2,9 +2,11 @@
 
 mod args;
 mod check;
+mod compare;
 mod failure;
 mod model_scene;
 mod open;
+mod study;
 
 use crate::description::{FilmDesc, printable};
 use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
@@ -35,6 +37,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let (color, done) = match &cli.command {
         Some(Command::Render(args)) => (args.color.color, render(args, begun)),
         Some(Command::Check(args)) => (args.color.color, check(args)),
+        Some(Command::Compare(args)) => (args.color.color, compare::compare(args)),
+        Some(Command::Study(command)) => (command.color(), study::run(command)),
         None => (cli.show.color.color, show(&cli.show, begun)),
     };
     match done {
@@ -53,7 +57,7 @@ fn answer(from_clap: &clap::Error) -> ExitCode {
             Some(twice) => format!("error: {twice} is given twice; give it once"),
             // Clap takes the second of two scenes for a command.
             None => {
-                "error: there can be one scene, and a command (render or check) stands before all options".to_owned()
+                "error: there can be one scene, and a command (such as render) stands before all options".to_owned()
             }
         },
         _ => from_clap.render().to_string(),

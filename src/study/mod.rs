@@ -5,10 +5,13 @@
 
 mod clock;
 mod console;
+mod flip;
 mod machine;
 mod measure;
 mod report;
 mod table;
+mod threads;
+mod trial;
 
 pub mod chart;
 pub mod metrics;
@@ -20,3 +23,5 @@ pub use machine::Machine;
 pub use measure::{Plan, PowerLaw, Stats, Timed};
 pub use report::Report;
 pub use table::{Cell, Table, four_figures};
+pub use threads::threads;
+pub use trial::{Trial, render};

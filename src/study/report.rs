@@ -6,7 +6,6 @@ use super::{StudyError, Table};
 use crate::output::{encode_png, write_whole};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -25,8 +24,8 @@ pub struct Report {
     pub tables: Vec<Table>,
     /// Sentences below the tables.
     pub notes: Vec<String>,
-    /// Endings of the file names (empty for the first: `threads.png`, then `threads-gantt.png`) and charts.
-    pub charts: Vec<(&'static str, Chart)>,
+    /// Endings of file names, and charts.
+    pub charts: Vec<(String, Chart)>,
     /// Taken when the study began.
     pub machine: Machine,
 }
@@ -51,8 +50,13 @@ impl Report {
         self.settings.insert(name.to_owned(), value.into());
     }
 
+    /// Adds a chart; its files are called `<name>-<ending>`, or `<name>` if the ending is empty.
+    pub fn chart(&mut self, ending: impl Into<String>, chart: Chart) {
+        self.charts.push((ending.into(), chart));
+    }
+
     /// Writes `<name>.csv` (raw measurements), `<name>.json` (header and summary), and each chart as PNG and SVG into a
-    /// directory, which is made. Each file appears whole or not at all, and all are made before the first is written.
+    /// directory. Each file appears whole or not at all, and all are made before the first is written.
     /// Their paths.
     pub fn write(&self, directory: &Path) -> Result<Vec<PathBuf>, StudyError> {
         let date = date();
@@ -67,7 +71,6 @@ impl Report {
             files.push((format!("{stem}.png"), encode_png(width, height, &pixels)?));
             files.push((format!("{stem}.svg"), chart.to_svg().map_err(StudyError::Chart)?.into_bytes()));
         }
-        make_directory(directory)?;
         files
             .into_iter()
             .map(|(name, bytes)| {
@@ -124,9 +127,4 @@ impl Report {
             "samples": { "columns": self.samples.columns, "rows": self.samples.rows },
         })
     }
-}
-
-fn make_directory(directory: &Path) -> io::Result<()> {
-    fs::create_dir_all(directory)
-        .map_err(|e| io::Error::new(e.kind(), format!("cannot make the directory {}: {e}", directory.display())))
 }
