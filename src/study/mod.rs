@@ -16,6 +16,7 @@ mod trial;
 
 pub mod chart;
 pub mod metrics;
+pub mod stability;
 
 pub use clock::{Clock, SystemClock};
 pub use console::{Console, StudyError};
