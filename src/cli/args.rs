@@ -151,6 +151,11 @@ pub(super) fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
     }
 }
 
+/// A difference of colours in 8-bit codes.
+pub(super) fn codes(text: &str) -> Result<f64, &'static str> {
+    text.parse().ok().filter(|codes| (0.0..=255.0).contains(codes)).ok_or("must be from 0 to 255")
+}
+
 fn tile_size(text: &str) -> Result<u32, &'static str> {
     let usable = |n: &u32| n.is_multiple_of(8) && (8..=1024).contains(n);
     text.parse().ok().filter(usable).ok_or("must be a multiple of 8 from 8 to 1024")

@@ -13,7 +13,7 @@ mod texture;
 mod traverse;
 
 pub use camera::Camera;
-pub use compile::{CompileError, Part, compile};
+pub use compile::{CompileError, Part, compile, lender};
 pub use light::{Illumination, Light};
 pub use material::Material;
 pub use media::MediumStack;
