@@ -285,7 +285,7 @@ fn look(desc: &mut SceneDesc, rng: &mut SplitMix64) {
                     }
                     RenderEvent::Finished => return,
                     RenderEvent::Failed(error) => panic!("{error}"),
-                    RenderEvent::TileStarted { .. } => {}
+                    RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! The words of the scene language for its choices: the same in files, flags and reports.
 
-use super::{Numerics, Shading, Shadows};
+use super::{Filter, Numerics, Shading, Shadows};
 
 macro_rules! names {
     ($choice:ident { $($name:literal => $value:ident),+ }) => {
@@ -20,4 +20,5 @@ macro_rules! names {
 
 names!(Shading { "lambert" => Lambert, "phong" => Phong, "whitted" => Whitted });
 names!(Shadows { "opaque" => Opaque, "filtered" => Filtered });
+names!(Filter { "box" => Box, "tent" => Tent });
 names!(Numerics { "classic" => Classic, "fast" => Fast, "robust" => Robust, "reference" => Reference });
