@@ -230,15 +230,15 @@ fn study_scale_grows_and_fits() {
 #[test]
 fn study_accuracy_finds_the_front_and_keeps_its_reference() {
     let place = Place::new("accuracy");
-    let line = "study accuracy room.toml --samples 1,16 --max-depth 1 --shading phong,whitted --numerics fast,robust \
+    let line = "study accuracy room.toml --samples 1,16 --error 2 --max-depth 1 --shading phong,whitted --numerics fast,robust \
                 --repeats 1 --reference-samples 512 --below 3 --out a --quiet";
     let first = place.run(line, 0);
     assert!(first.contains("The cheapest setting below 3 codes") || first.contains("No setting"), "{first}");
     assert!(first.contains("level off") && !first.contains("from the cache"), "{first}");
     let (json, rows) = check_files(&place, "a", "accuracy", &["", "numerics", "depth", "flip"]);
     let settings = json["summary"]["settings"].as_array().unwrap();
-    // The scene's own, phong, fast, depth 1; two numbers of samples each.
-    assert_eq!((settings.len(), rows.len()), (8, 8));
+    // The scene's own, phong, fast, depth 1; two numbers of samples and an error each.
+    assert_eq!((settings.len(), rows.len()), (12, 12));
     let error = |name: &str| {
         let found = settings.iter().find(|s| s["setting"] == name).unwrap_or_else(|| panic!("{name} in {settings:?}"));
         found["error"]["rmse"].as_f64().unwrap()
@@ -246,6 +246,7 @@ fn study_accuracy_finds_the_front_and_keeps_its_reference() {
     let own = error("whitted, robust, depth 3, 16 samples");
     assert!(own < error("whitted, robust, depth 3, 1 sample"));
     assert!(own < error("phong, robust, 16 samples") && own < error("whitted, robust, depth 1, 16 samples"));
+    assert!((1.0..4.0).contains(&error("whitted, robust, depth 3, to error 2")), "{settings:?}");
     assert!(json["summary"]["reference"]["error"].as_f64().unwrap() < own);
     assert!(settings.iter().any(|s| s["on_front"] == true));
     let second = place.run(line, 0);

@@ -1,6 +1,6 @@
 //! `glimt study`: measurements, their tables, files and charts.
 
-use super::args::{ColorArg, codes, named, size, threads, whole};
+use super::args::{ColorArg, codes, error, named, size, threads, whole};
 use super::open::Opened;
 use super::{Failure, print, say};
 use crate::description::printable;
@@ -55,6 +55,9 @@ pub struct AccuracyArgs {
     /// Samples of every pixel [default: 1,2,4,8,16,32,64, with --quick 1,4,16]
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = whole(1, limits::MAX_SAMPLES))]
     samples: Vec<u32>,
+    /// Errors that adaptive sampling aims at, 8-bit codes [default: 4,2,1,0.5, with --quick 4,1]
+    #[arg(long, value_name = "CODES,...", value_delimiter = ',', value_parser = error)]
+    error: Vec<f64>,
     /// Every combination, instead of one change at a time from what the scene says
     #[arg(long)]
     all: bool,
@@ -214,16 +217,12 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
         StudyCommand::Accuracy(args) => {
             let quick = args.study.quick;
             let opened = args.scene.open(if quick { QUICK_WIDTH } else { ACCURACY_WIDTH })?;
-            let or = |given: &[u32], full: &[u32], short: &[u32]| match given {
-                [] if quick => short.to_vec(),
-                [] => full.to_vec(),
-                given => given.to_vec(),
-            };
             let sweep = Sweep {
                 shadings: all_or(&args.shading, Shading::NAMES),
                 numerics: all_or(&args.numerics, Numerics::NAMES),
-                depths: or(&args.max_depth, &[1, 2, 4, 8], &[1, 4]),
-                samples: or(&args.samples, &[1, 2, 4, 8, 16, 32, 64], &[1, 4, 16]),
+                depths: given_or(&args.max_depth, if quick { &[1, 4] } else { &[1, 2, 4, 8] }),
+                samples: given_or(&args.samples, if quick { &[1, 4, 16] } else { &[1, 2, 4, 8, 16, 32, 64] }),
+                errors: given_or(&args.error, if quick { &[4.0, 1.0] } else { &[4.0, 2.0, 1.0, 0.5] }),
                 all: args.all,
                 repeats: args.repeats.unwrap_or(if quick { 1 } else { 3 }) as usize,
                 below: args.below,
@@ -240,7 +239,11 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
 
 /// What was asked for, else all there is.
 fn all_or<T: Copy>(given: &[T], names: &[(&str, T)]) -> Vec<T> {
-    if given.is_empty() { names.iter().map(|(_, value)| *value).collect() } else { given.to_vec() }
+    given_or(given, &names.iter().map(|(_, value)| *value).collect::<Vec<_>>())
+}
+
+fn given_or<T: Copy>(given: &[T], otherwise: &[T]) -> Vec<T> {
+    if given.is_empty() { otherwise.to_vec() } else { given.to_vec() }
 }
 
 /// Whose fault it is.

@@ -4,7 +4,7 @@ use super::chart::{Axis, Chart, Data, Limit, Point, Series};
 use super::metrics::{Difference, difference};
 use super::reference::{Reference, reference};
 use super::{Cell, Console, Plan, Report, Stats, StudyError, SystemClock, Table, four_figures, render};
-use crate::description::{Numerics, RenderDesc, SceneDesc, Shading};
+use crate::description::{Numerics, RenderDesc, SceneDesc, Shading, limits};
 use crate::render::Settings;
 use crate::scene::compile;
 use serde_json::json;
@@ -22,6 +22,8 @@ pub struct Sweep {
     pub depths: Vec<u32>,
     /// Samples for every pixel.
     pub samples: Vec<u32>,
+    /// Errors that adaptive sampling aims at, 8-bit codes.
+    pub errors: Vec<f64>,
     /// Every combination, instead of one change at a time from what the scene says.
     pub all: bool,
     /// How often each is measured.
@@ -41,23 +43,29 @@ struct Setting {
     sampling: Sampling,
 }
 
-/// Where samples go.
+/// Which samples are traced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sampling {
     /// This many to every pixel.
     Uniform(u32),
+    /// Where the picture is wrong, until its error is estimated to be this, 8-bit codes.
+    Adaptive(f64),
 }
 
 impl Setting {
     fn of(render: &RenderDesc) -> Self {
-        let &RenderDesc { shading, numerics, max_depth, samples, .. } = render;
-        Self { shading, numerics, max_depth, sampling: Sampling::Uniform(samples) }
+        let &RenderDesc { shading, numerics, max_depth, samples, error, .. } = render;
+        let sampling = error.map_or(Sampling::Uniform(samples), Sampling::Adaptive);
+        Self { shading, numerics, max_depth, sampling }
     }
 
     fn render(&self, scene: &RenderDesc) -> RenderDesc {
         let &Self { shading, numerics, max_depth, sampling } = self;
-        let Sampling::Uniform(samples) = sampling;
-        RenderDesc { shading, numerics, max_depth, samples, ..*scene }
+        let (samples, error) = match sampling {
+            Sampling::Uniform(samples) => (samples, None),
+            Sampling::Adaptive(error) => (limits::ADAPTIVE_SAMPLES, Some(error)),
+        };
+        RenderDesc { shading, numerics, max_depth, samples, error, ..*scene }
     }
 
     fn is_local(&self) -> bool {
@@ -75,13 +83,16 @@ impl Sampling {
         match self {
             Self::Uniform(1) => "1 sample".to_owned(),
             Self::Uniform(samples) => format!("{samples} samples"),
+            Self::Adaptive(error) => format!("to error {error}"),
         }
     }
 }
 
 impl Sweep {
     fn settings(&self, own: Setting) -> Vec<Setting> {
-        let samplings: Vec<Sampling> = self.samples.iter().map(|n| Sampling::Uniform(*n)).collect();
+        let uniform = self.samples.iter().map(|samples| Sampling::Uniform(*samples));
+        let adaptive = self.errors.iter().map(|error| Sampling::Adaptive(*error));
+        let samplings: Vec<Sampling> = uniform.chain(adaptive).collect();
         let mut settings = Vec::new();
         for &shading in &self.shadings {
             for &numerics in &self.numerics {
@@ -128,15 +139,20 @@ pub fn accuracy(desc: &SceneDesc, sweep: &Sweep, cache: &Path, console: &Console
     report.set("own", own.name());
     let base = compile(desc, None)?;
     // The most accurate setting decides how good the reference must be.
-    let most = sweep.samples.iter().copied().max().unwrap_or(own.render(&desc.render).samples);
-    let best = Setting { sampling: Sampling::Uniform(most), ..own };
+    let most = sweep.samples.iter().copied().max().unwrap_or(1);
+    let least = sweep.errors.iter().copied().min_by(f64::total_cmp);
+    let candidates = [Some(Sampling::Uniform(most)), least.map(Sampling::Adaptive)];
     let scene_of = |setting: &Setting| {
         let changed = SceneDesc { render: setting.render(&desc.render), ..desc.clone() };
         compile(&changed, Some(&base)).map(Arc::new)
     };
-    console.step(0, 0, "the most accurate setting")?;
-    let probe = render(&scene_of(&best)?, Settings::default(), console, |_, _| {})?.film;
-    let reference = reference(desc, &base, &probe, most, sweep.reference_samples, cache, console)?;
+    let mut probes = Vec::new();
+    for sampling in candidates.into_iter().flatten() {
+        console.step(0, 0, format_args!("the most accurate: {}", sampling.name()))?;
+        let setting = Setting { sampling, ..own };
+        probes.push(render(&scene_of(&setting)?, Settings::default(), console, |_, _| {})?.film);
+    }
+    let reference = reference(desc, &base, &probes, most, sweep.reference_samples, cache, console)?;
     let plan = Plan { settings: settings.len(), rounds: sweep.repeats, warm_up: 0, seed: 3 };
     let (mut done, total) = (0, settings.len() * sweep.repeats);
     let mut errors: Vec<Option<(Difference, u64)>> = vec![None; settings.len()];
@@ -301,7 +317,7 @@ fn tell(report: &mut Report, own: Setting, sweep: &Sweep, outcomes: &[Outcome], 
     for (ending, title, label, vary) in kinds {
         let mut chart = Chart {
             title: title.to_owned(),
-            subtitle: format!("{}; marks are numbers of samples, more to the right", report.machine.cpu),
+            subtitle: format!("{}; marks are numbers of samples or error targets", report.machine.cpu),
             x: Axis::log("time (s)"),
             y: Axis::log(label),
             series: curves(own, outcomes, vary, label),
@@ -337,10 +353,17 @@ fn curves(own: Setting, outcomes: &[Outcome], vary: Vary, label: &str) -> Vec<Se
         if !others_are_own {
             continue;
         }
+        let is_adaptive = matches!(s.sampling, Sampling::Adaptive(_));
         let name = match vary {
             Vary::Shading => s.shading.name().to_owned(),
             Vary::Numerics => s.numerics.name().to_owned(),
             Vary::Depth => format!("depth {}", s.max_depth),
+        };
+        // Both kinds of sampling for the scene's own model; elsewhere adaptive ones would hide the rest.
+        let name = match (vary, is_adaptive) {
+            (_, false) => name,
+            (Vary::Shading, true) if s.shading == own.shading => format!("{name}, adaptive"),
+            _ => continue,
         };
         let error = if label == CODES { outcome.error.rmse } else { outcome.error.flip };
         let point = Point::new(outcome.seconds.median, error);
@@ -384,7 +407,8 @@ mod tests {
             shadings: vec![Shading::Lambert, Shading::Whitted],
             numerics: vec![Numerics::Fast, Numerics::Robust],
             depths: vec![1, 4, 8],
-            samples: vec![1, 16],
+            samples: vec![1],
+            errors: vec![2.0],
             all: false,
             repeats: 1,
             below: 1.0,

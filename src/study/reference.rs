@@ -31,14 +31,14 @@ pub(super) struct Reference {
 const PART: f64 = 0.1;
 
 /// The scene in `reference` numerics, with ray trees twice as deep and so many samples that its own error is a tenth of
-/// that of `probe`, the most accurate picture of the study (of `samples` a pixel), or `most` samples.
+/// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or `most` samples.
 ///
 /// Its error is taken to be its distance from the same with half of the samples: of independent samples that is what is
 /// expected, and samples that complement each other as those of a Sobol' sequence do are better than that.
 pub(super) fn reference(
     desc: &SceneDesc,
     base: &Scene,
-    probe: &Film,
+    probes: &[Film],
     samples: u32,
     most: u32,
     cache: &Path,
@@ -46,14 +46,16 @@ pub(super) fn reference(
 ) -> Result<Reference, StudyError> {
     let max_depth = (2 * desc.render.max_depth).max(16).min(limits::MAX_DEPTH);
     let file = cache.join(format!("reference-{:016x}.bin", key(desc, max_depth)?));
-    let is_enough = |found: &Reference| rmse(probe, &found.film).is_some_and(|apart| found.error <= PART * apart);
+    let apart =
+        |found: &Reference| probes.iter().filter_map(|probe| rmse(probe, &found.film)).fold(f64::INFINITY, f64::min);
+    let is_enough = |found: &Reference| found.error <= PART * apart(found);
     if let Some(found) = load(&file, max_depth).filter(|found| is_enough(found) || found.samples >= most) {
         return Ok(found);
     }
     // Half of the samples must be the end of a pass, and passes end at multiples of 16 from there on.
     let mut samples = (16 * samples).max(64).next_power_of_two().min(most.max(32));
     loop {
-        let render_desc = RenderDesc { numerics: Numerics::Reference, max_depth, samples, ..desc.render };
+        let render_desc = RenderDesc { numerics: Numerics::Reference, max_depth, samples, error: None, ..desc.render };
         let scene = Arc::new(compile(&SceneDesc { render: render_desc, ..desc.clone() }, Some(base))?);
         let mut half = Film::new(scene.width, scene.height);
         let mut told = Ok(());
@@ -101,7 +103,7 @@ fn key(desc: &SceneDesc, max_depth: u32) -> io::Result<u64> {
             files.insert(file.clone());
         }
     }
-    let render = RenderDesc { numerics: Numerics::Reference, max_depth, samples: 0, ..desc.render };
+    let render = RenderDesc { numerics: Numerics::Reference, max_depth, samples: 0, error: None, ..desc.render };
     let mut hash = xxh3_64(format!("{:?}", SceneDesc { render, ..desc.clone() }).as_bytes());
     for file in files {
         let content = match builtin(&file) {
