@@ -6,7 +6,7 @@ use super::{
     Assets, Camera, Geometry, Imported, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape,
     Summary, Texture,
 };
-use crate::assets::{AssetError, load_images, load_obj};
+use crate::assets::{AssetError, Model, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
     MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, printable,
@@ -142,6 +142,15 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         scene.eye_media = scene.media_at(camera.position());
     }
     scene.describe(desc);
+    Ok(scene)
+}
+
+/// An empty scene that lends this mesh to scenes compiled after it, as if it had been read from `file`: how models come in
+/// that are in no file.
+pub fn lender(file: &Path, crease: f64, model: Model) -> Result<Scene, CompileError> {
+    let mut scene = compile(&SceneDesc::default(), None)?;
+    let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
+    scene.assets.meshes.insert((file.to_path_buf(), crease.to_bits()), mesh);
     Ok(scene)
 }
 
