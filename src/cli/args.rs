@@ -30,12 +30,23 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// List the keys of the interface
+    Keys(KeysArgs),
 }
 
 #[derive(Debug, Args)]
 pub struct CheckArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct KeysArgs {
+    /// As a table in Markdown
+    #[arg(long)]
+    pub markdown: bool,
     #[command(flatten)]
     pub color: ColorArg,
 }

@@ -4,10 +4,12 @@ use super::Failure;
 use super::model_scene::scene_of_model;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
 use crate::scene::{CompileError, Scene, compile};
+use crate::tui::FileText;
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A scene as the command line names it.
@@ -72,6 +74,28 @@ impl Opened {
             Some(mistake) => Failure::Scene(vec![mistake]),
             None => Failure::asked(error),
         }
+    }
+
+    /// What the interface saves into: the file as it was read; `None` for a model.
+    pub fn source(&self) -> Option<FileText> {
+        let text = self.text.clone()?;
+        // Without the flags, which are not written into the file.
+        let desc = parse(&text, &self.file).ok()?;
+        let file = match builtin(&self.file) {
+            Some(_) => self.file.clone(),
+            None => std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone()),
+        };
+        Some(FileText { file, text, desc: Arc::new(desc) })
+    }
+
+    /// Where the file is, absolute; for the built-in scene the working directory.
+    pub fn directory(&self) -> PathBuf {
+        let parent = match builtin(&self.file) {
+            Some(_) => Path::new(""),
+            None => self.file.parent().unwrap_or(Path::new("")),
+        };
+        let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+        parent.canonicalize().unwrap_or_else(|_| parent.to_owned())
     }
 
     /// The file's name without its ending.

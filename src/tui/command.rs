@@ -1,24 +1,61 @@
-//! What keys mean: one table that feeds dispatch, the help screen and the README.
+//! What a person can ask for: one table that feeds dispatch, the help screen, the palette, the configuration file and
+//! the README.
 
 use super::key::{Code, Key};
 
 /// What the user wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Leave.
+    /// Leave; asks about changes that are not saved.
     Quit,
+    /// Show or hide the help screen.
+    ToggleHelp,
+    /// Find a command by its name.
+    OpenPalette,
+    /// The next (1) or the previous (-1) part of the screen gets the keys.
+    Focus(i8),
+    /// Show or hide the tree and the properties.
+    TogglePanel,
+    /// Show or hide the numbers.
+    ToggleNumbers,
+    /// Take the last change back.
+    Undo,
+    /// Do again what was taken back.
+    Redo,
+    /// Write the scene to its file.
+    SaveScene,
+    /// Write the scene to a file to be named.
+    SaveSceneAs,
+    /// Write the PNG as the picture is now.
+    SaveImage,
     /// Stop the workers, or let them go on.
     TogglePause,
     /// Render from the beginning.
     Restart,
-    /// Write the PNG as the picture is now.
-    SaveImage,
-    /// Show or hide the help screen.
-    ToggleHelp,
-    /// Stop the program and return to the shell, until `fg`.
-    Suspend,
     /// Send the whole screen again.
     Redraw,
+    /// Stop the program and return to the shell, until `fg`.
+    Suspend,
+    /// Open the menu of things to add.
+    Add,
+    /// Move, turn or scale the selection.
+    Transform(Motion),
+    /// Hide or show the selection.
+    ToggleHidden,
+    /// Give the selected thing another name.
+    Rename,
+    /// A copy of each selected thing.
+    Duplicate,
+    /// Remove the selection.
+    Delete,
+    /// Move the selected thing in its list: steps down.
+    Reorder(i8),
+    /// Choose the colour of the selection.
+    EditColor,
+    /// Choose the texture of the selection.
+    EditTexture,
+    /// Move a cursor over the picture to pick with.
+    PickMode,
     /// Move the eye about the point looked at: steps to the right, and upward.
     Orbit(i8, i8),
     /// Move eye and point looked at: steps to the right, and upward.
@@ -29,177 +66,539 @@ pub enum Command {
     Widen(i8),
     /// Back to the camera of the scene file.
     ResetCamera,
+    /// The selection fills the view.
+    Frame,
+    /// Keep the camera under a digit.
+    StoreView,
+    /// The camera that was kept under a digit.
+    RecallView(u8),
     /// Samples a pixel: doublings.
     Samples(i8),
     /// Reflections and refractions along a path: how many more.
     Depth(i8),
     /// The next lighting model.
     CycleShading,
+    /// So many more threads.
+    Threads(i8),
     /// Steps larger.
     Zoom(i8),
     /// Show the whole picture.
     Fit,
     /// Move what is shown of a zoomed picture: steps to the right, and downward.
     Shift(i8, i8),
+    /// Search the tree.
+    Filter,
+    /// Mark or unmark the row of the tree.
+    Mark,
+    /// Mark rows while moving: steps down.
+    Extend(i8),
+    /// Move in a list: rows down.
+    Step(i8),
+    /// Move in a list: screens down.
+    Page(i8),
+    /// To the beginning (-1) or the end (1) of a list.
+    Ends(i8),
+    /// To the right (1) or to the left (-1): nudge a value, move a cursor.
+    Turn(i8),
+    /// The same by a large step.
+    TurnFar(i8),
+    /// Up or down by a large step.
+    StepFar(i8),
+    /// Yes; enter; take this.
+    Accept,
+    /// No; back; leave everything as it was.
+    Cancel,
+    /// Back to the value that it has where nothing is written.
+    Reset,
+    /// Along which axis.
+    Axis(u8),
+    /// The axes of the world, or those of the view.
+    ToggleViewAxes,
 }
 
-/// When a binding holds.
+/// Ways to transform objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum When {
-    /// Always.
-    Always,
-    /// While the whole picture is in view.
-    Fitted,
-    /// While a part of the picture is in view.
-    Zoomed,
+pub enum Motion {
+    /// Translation.
+    Move,
+    /// Rotation.
+    Rotate,
+    /// Scaling.
+    Scale,
 }
 
-/// One line of the help screen: keys that belong together, and the command of each.
+/// Where a key has its meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Scope {
+    /// On the screen, whatever part has the keys; no dialog is open.
+    Screen,
+    /// The picture has the keys.
+    Picture,
+    /// The picture has the keys, and all of it is in view.
+    Fitted,
+    /// The picture has the keys, and a part of it is in view.
+    Zoomed,
+    /// The tree has the keys.
+    Tree,
+    /// The properties have the keys.
+    Properties,
+    /// The selection is being moved, turned or scaled.
+    Transform,
+    /// A cursor is on the picture.
+    Pick,
+    /// A dialog is open. Characters without a meaning are typed.
+    Dialog,
+}
+
+impl Scope {
+    /// When its keys hold, for people; empty: always.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Screen => "",
+            Self::Picture => "in the picture",
+            Self::Fitted => "in the picture, not zoomed",
+            Self::Zoomed => "in the picture, zoomed",
+            Self::Tree => "in the tree",
+            Self::Properties => "in the properties",
+            Self::Transform => "while moving, turning, scaling",
+            Self::Pick => "while picking",
+            Self::Dialog => "in dialogs",
+        }
+    }
+
+    /// Scopes whose keys hold at the same time as those of this one, itself first.
+    pub fn open(self) -> &'static [Self] {
+        match self {
+            Self::Fitted => &[Self::Fitted, Self::Picture, Self::Screen],
+            Self::Zoomed => &[Self::Zoomed, Self::Picture, Self::Screen],
+            Self::Picture => &[Self::Picture, Self::Screen],
+            Self::Tree => &[Self::Tree, Self::Screen],
+            Self::Properties => &[Self::Properties, Self::Screen],
+            Self::Transform => &[Self::Transform],
+            Self::Pick => &[Self::Pick],
+            Self::Dialog => &[Self::Dialog],
+            Self::Screen => &[Self::Screen],
+        }
+    }
+}
+
+/// A command with its name and its keys.
+#[derive(Clone, Copy, Debug)]
+pub struct Action {
+    /// What it does: the line of the palette; with `-` for spaces, its name in the configuration file.
+    pub title: &'static str,
+    /// What is done.
+    pub command: Command,
+    /// The first one is the one that the screen names.
+    pub keys: &'static [Key],
+}
+
+/// One line of the help screen: actions that belong together.
 #[derive(Clone, Copy, Debug)]
 pub struct Binding {
     /// Heading it stands under.
     pub group: &'static str,
-    /// Keys in the order in which they are listed.
-    pub keys: &'static [(Key, Command)],
-    /// What they do, for people.
+    /// Where its keys hold.
+    pub scope: Scope,
+    /// What its keys do, for people.
     pub help: &'static str,
-    /// When they do it.
-    pub when: When,
+    /// In the order in which their keys are listed.
+    pub actions: &'static [Action],
 }
 
 use Command::*;
 
-/// Every binding. All keys are such as terminals have sent for decades, and none that tmux, screen or zellij take.
+const UP: Key = Key::plain(Code::Up);
+const DOWN: Key = Key::plain(Code::Down);
+const LEFT: Key = Key::plain(Code::Left);
+const RIGHT: Key = Key::plain(Code::Right);
+const ENTER: Key = Key::plain(Code::Enter);
+const ESCAPE: Key = Key::plain(Code::Escape);
+const FAR_UP: Key = Key::shift(Code::Up);
+const FAR_DOWN: Key = Key::shift(Code::Down);
+const FAR_LEFT: Key = Key::shift(Code::Left);
+const FAR_RIGHT: Key = Key::shift(Code::Right);
+const BACK: Key = Key::plain(Code::Backspace);
+/// For terminals and links on which Escape is slow or lost.
+const AWAY: Key = Key::ctrl('x');
+
+const fn key(c: char) -> Key {
+    Key::char(c)
+}
+
+const fn row(group: &'static str, scope: Scope, help: &'static str, actions: &'static [Action]) -> Binding {
+    Binding { group, scope, help, actions }
+}
+
+const fn act(title: &'static str, command: Command, keys: &'static [Key]) -> Action {
+    Action { title, command, keys }
+}
+
+/// Every command. All keys are such as terminals have sent for decades, and none that tmux, screen or zellij take but
+/// Ctrl-P, which many know from elsewhere and beside which there is another.
 pub const BINDINGS: &[Binding] = &[
-    always("General", &[(Key::char('q'), Quit), (Key::ctrl('c'), Quit)], "quit"),
-    always("General", &[(Key::char(' '), TogglePause)], "pause, go on"),
-    always("General", &[(Key::char('r'), Restart)], "render again"),
-    always("General", &[(Key::char('s'), SaveImage)], "save the PNG now"),
-    always("General", &[(Key::char('?'), ToggleHelp)], "show or hide the keys"),
-    always("General", &[(Key::ctrl('l'), Redraw)], "draw the screen again"),
-    always("General", &[(Key::ctrl('z'), Suspend)], "to the shell; fg returns"),
-    Binding {
-        when: When::Fitted,
-        ..always(
-            "Camera",
-            &[
-                (Key::plain(Code::Left), Orbit(-1, 0)),
-                (Key::plain(Code::Down), Orbit(0, -1)),
-                (Key::plain(Code::Up), Orbit(0, 1)),
-                (Key::plain(Code::Right), Orbit(1, 0)),
-            ],
-            "orbit",
-        )
-    },
-    always(
-        "Camera",
+    row("General", Scope::Screen, "quit", &[act("quit", Quit, &[key('q'), Key::ctrl('c')])]),
+    row("General", Scope::Screen, "all keys", &[act("help", ToggleHelp, &[key('?')])]),
+    row("General", Scope::Screen, "find a command", &[act("find a command", OpenPalette, &[key(':'), Key::ctrl('p')])]),
+    row(
+        "General",
+        Scope::Screen,
+        "picture, tree, properties",
         &[
-            (Key::char('h'), Orbit(-1, 0)),
-            (Key::char('j'), Orbit(0, -1)),
-            (Key::char('k'), Orbit(0, 1)),
-            (Key::char('l'), Orbit(1, 0)),
+            act("next part", Focus(1), &[Key::plain(Code::Tab)]),
+            act("previous part", Focus(-1), &[Key::shift(Code::Tab)]),
         ],
+    ),
+    row("General", Scope::Screen, "show or hide the panel", &[act("show or hide the panel", TogglePanel, &[key('b')])]),
+    row(
+        "General",
+        Scope::Screen,
+        "show or hide the numbers",
+        &[act("show or hide the numbers", ToggleNumbers, &[key('B')])],
+    ),
+    row("General", Scope::Screen, "draw the screen again", &[act("draw again", Redraw, &[Key::ctrl('l')])]),
+    row("General", Scope::Screen, "to the shell; fg returns", &[act("to the shell", Suspend, &[Key::ctrl('z')])]),
+    row(
+        "File",
+        Scope::Screen,
+        "undo, redo",
+        &[act("undo", Undo, &[key('u')]), act("redo", Redo, &[key('U'), Key::ctrl('r')])],
+    ),
+    row(
+        "File",
+        Scope::Screen,
+        "save the scene, save as",
+        &[act("save scene", SaveScene, &[key('w')]), act("save scene as", SaveSceneAs, &[key('W')])],
+    ),
+    row("File", Scope::Screen, "save the PNG now", &[act("save picture", SaveImage, &[key('s')])]),
+    row("Selection", Scope::Screen, "add", &[act("add", Add, &[key('a')])]),
+    row(
+        "Selection",
+        Scope::Screen,
+        "move, turn, scale",
+        &[
+            act("move", Transform(Motion::Move), &[key('g')]),
+            act("turn", Transform(Motion::Rotate), &[key('t')]),
+            act("scale", Transform(Motion::Scale), &[key('z')]),
+        ],
+    ),
+    row(
+        "Selection",
+        Scope::Screen,
+        "hide or show",
+        &[act("hide or show", ToggleHidden, &[key('v')])],
+    ),
+    row("Selection", Scope::Screen, "rename", &[act("rename", Rename, &[key('e')])]),
+    row("Selection", Scope::Screen, "duplicate", &[act("duplicate", Duplicate, &[key('y')])]),
+    row("Selection", Scope::Screen, "delete", &[act("delete", Delete, &[key('x'), Key::plain(Code::Delete)])]),
+    row(
+        "Selection",
+        Scope::Screen,
+        "up, down in its list",
+        &[act("move up in the list", Reorder(-1), &[key('<')]), act("move down in the list", Reorder(1), &[key('>')])],
+    ),
+    row(
+        "Selection",
+        Scope::Screen,
+        "colour, texture",
+        &[act("choose colour", EditColor, &[key('C')]), act("choose texture", EditTexture, &[key('T')])],
+    ),
+    row(
+        "Camera",
+        Scope::Fitted,
         "orbit",
-    ),
-    always(
-        "Camera",
         &[
-            (Key::char('H'), Pan(-1, 0)),
-            (Key::char('J'), Pan(0, -1)),
-            (Key::char('K'), Pan(0, 1)),
-            (Key::char('L'), Pan(1, 0)),
+            act("orbit left", Orbit(-1, 0), &[LEFT]),
+            act("orbit down", Orbit(0, -1), &[DOWN]),
+            act("orbit up", Orbit(0, 1), &[UP]),
+            act("orbit right", Orbit(1, 0), &[RIGHT]),
         ],
-        "pan",
     ),
-    always(
+    row(
         "Camera",
+        Scope::Picture,
+        "orbit",
         &[
-            (Key::shift(Code::Left), Pan(-1, 0)),
-            (Key::shift(Code::Down), Pan(0, -1)),
-            (Key::shift(Code::Up), Pan(0, 1)),
-            (Key::shift(Code::Right), Pan(1, 0)),
+            act("turn the eye left", Orbit(-1, 0), &[key('h')]),
+            act("turn the eye down", Orbit(0, -1), &[key('j')]),
+            act("turn the eye up", Orbit(0, 1), &[key('k')]),
+            act("turn the eye right", Orbit(1, 0), &[key('l')]),
         ],
-        "pan",
     ),
-    always("Camera", &[(Key::char('i'), Dolly(1)), (Key::char('o'), Dolly(-1))], "move in, out"),
-    always("Camera", &[(Key::char('f'), Widen(-1)), (Key::char('F'), Widen(1))], "narrower, wider view"),
-    always("Camera", &[(Key::char('c'), ResetCamera)], "the scene's own camera"),
-    always("Render", &[(Key::char('n'), Samples(1)), (Key::char('N'), Samples(-1))], "twice, half the samples"),
-    always("Render", &[(Key::char('d'), Depth(1)), (Key::char('D'), Depth(-1))], "depth up, down"),
-    always("Render", &[(Key::char('m'), CycleShading)], "next lighting model"),
-    always(
-        "Preview",
-        &[(Key::char('+'), Zoom(1)), (Key::char('='), Zoom(1)), (Key::char('-'), Zoom(-1))],
+    row(
+        "Camera",
+        Scope::Picture,
+        "pan",
+        &[
+            act("pan left", Pan(-1, 0), &[FAR_LEFT, key('H')]),
+            act("pan down", Pan(0, -1), &[FAR_DOWN, key('J')]),
+            act("pan up", Pan(0, 1), &[FAR_UP, key('K')]),
+            act("pan right", Pan(1, 0), &[FAR_RIGHT, key('L')]),
+        ],
+    ),
+    row(
+        "Camera",
+        Scope::Screen,
+        "nearer, farther",
+        &[act("nearer", Dolly(1), &[key('i')]), act("farther", Dolly(-1), &[key('o')])],
+    ),
+    row(
+        "Camera",
+        Scope::Screen,
+        "narrower, wider view",
+        &[act("narrower view", Widen(-1), &[key('f')]), act("wider view", Widen(1), &[key('F')])],
+    ),
+    row("Camera", Scope::Screen, "the file's own camera", &[act("reset camera", ResetCamera, &[key('c')])]),
+    row("Camera", Scope::Screen, "frame the selection", &[act("frame selection", Frame, &[key('.')])]),
+    row("Camera", Scope::Screen, "keep the view (then 1-9)", &[act("keep view", StoreView, &[key('V')])]),
+    row(
+        "Camera",
+        Scope::Screen,
+        "views kept",
+        &[
+            act("view 1", RecallView(1), &[key('1')]),
+            act("view 2", RecallView(2), &[key('2')]),
+            act("view 3", RecallView(3), &[key('3')]),
+            act("view 4", RecallView(4), &[key('4')]),
+            act("view 5", RecallView(5), &[key('5')]),
+            act("view 6", RecallView(6), &[key('6')]),
+            act("view 7", RecallView(7), &[key('7')]),
+            act("view 8", RecallView(8), &[key('8')]),
+            act("view 9", RecallView(9), &[key('9')]),
+        ],
+    ),
+    row("Render", Scope::Screen, "pause, go on", &[act("pause", TogglePause, &[key('p')])]),
+    row("Render", Scope::Picture, "pause, go on", &[act("pause the render", TogglePause, &[key(' ')])]),
+    row("Render", Scope::Screen, "render again", &[act("render again", Restart, &[key('r')])]),
+    row(
+        "Render",
+        Scope::Screen,
+        "twice, half the samples",
+        &[act("twice the samples", Samples(1), &[key('n')]), act("half the samples", Samples(-1), &[key('N')])],
+    ),
+    row(
+        "Render",
+        Scope::Screen,
+        "depth up, down",
+        &[act("more depth", Depth(1), &[key('d')]), act("less depth", Depth(-1), &[key('D')])],
+    ),
+    row(
+        "Render",
+        Scope::Screen,
+        "fewer, more threads",
+        &[act("fewer threads", Threads(-1), &[key('[')]), act("more threads", Threads(1), &[key(']')])],
+    ),
+    row("Render", Scope::Screen, "next lighting model", &[act("next lighting model", CycleShading, &[key('m')])]),
+    row("Picture", Scope::Picture, "pick with a cursor", &[act("pick", PickMode, &[ENTER])]),
+    row(
+        "Picture",
+        Scope::Screen,
         "larger, smaller",
+        &[act("zoom in", Zoom(1), &[key('+'), key('=')]), act("zoom out", Zoom(-1), &[key('-')])],
     ),
-    always("Preview", &[(Key::char('0'), Fit)], "the whole picture"),
-    Binding {
-        when: When::Zoomed,
-        ..always(
-            "Preview",
-            &[
-                (Key::plain(Code::Left), Shift(-1, 0)),
-                (Key::plain(Code::Down), Shift(0, 1)),
-                (Key::plain(Code::Up), Shift(0, -1)),
-                (Key::plain(Code::Right), Shift(1, 0)),
-            ],
-            "move",
-        )
-    },
+    row("Picture", Scope::Screen, "the whole picture", &[act("whole picture", Fit, &[key('0')])]),
+    row(
+        "Picture",
+        Scope::Zoomed,
+        "move",
+        &[
+            act("show more left", Shift(-1, 0), &[LEFT]),
+            act("show more below", Shift(0, 1), &[DOWN]),
+            act("show more above", Shift(0, -1), &[UP]),
+            act("show more right", Shift(1, 0), &[RIGHT]),
+        ],
+    ),
+    row(
+        "Picking",
+        Scope::Pick,
+        "move the cursor",
+        &[
+            act("cursor left", Turn(-1), &[LEFT, key('h')]),
+            act("cursor down", Step(1), &[DOWN, key('j')]),
+            act("cursor up", Step(-1), &[UP, key('k')]),
+            act("cursor right", Turn(1), &[RIGHT, key('l')]),
+        ],
+    ),
+    row(
+        "Picking",
+        Scope::Pick,
+        "by eight",
+        &[
+            act("cursor far left", TurnFar(-1), &[FAR_LEFT, key('H')]),
+            act("cursor far down", StepFar(1), &[FAR_DOWN, key('J')]),
+            act("cursor far up", StepFar(-1), &[FAR_UP, key('K')]),
+            act("cursor far right", TurnFar(1), &[FAR_RIGHT, key('L')]),
+        ],
+    ),
+    row(
+        "Picking",
+        Scope::Pick,
+        "select, add to the selection",
+        &[act("pick this", Accept, &[ENTER]), act("pick this too", Mark, &[key(' ')])],
+    ),
+    row("Picking", Scope::Pick, "end", &[act("end picking", Cancel, &[ESCAPE, AWAY, key('q')])]),
+    row(
+        "Tree",
+        Scope::Tree,
+        "up, down",
+        &[act("row up", Step(-1), &[UP, key('k')]), act("row down", Step(1), &[DOWN, key('j')])],
+    ),
+    row(
+        "Tree",
+        Scope::Tree,
+        "a screen up, down",
+        &[
+            act("rows up", Page(-1), &[Key::plain(Code::PageUp)]),
+            act("rows down", Page(1), &[Key::plain(Code::PageDown)]),
+        ],
+    ),
+    row(
+        "Tree",
+        Scope::Tree,
+        "first, last",
+        &[act("first row", Ends(-1), &[Key::plain(Code::Home)]), act("last row", Ends(1), &[Key::plain(Code::End)])],
+    ),
+    row("Tree", Scope::Tree, "mark", &[act("mark", Mark, &[key(' ')])]),
+    row(
+        "Tree",
+        Scope::Tree,
+        "mark while moving",
+        &[act("mark up", Extend(-1), &[FAR_UP, key('K')]), act("mark down", Extend(1), &[FAR_DOWN, key('J')])],
+    ),
+    row("Tree", Scope::Screen, "search the tree", &[act("search the tree", Filter, &[key('/')])]),
+    row("Tree", Scope::Tree, "to the properties", &[act("to the properties", Accept, &[ENTER])]),
+    row("Tree", Scope::Tree, "unmark; end the search", &[act("unmark all", Cancel, &[ESCAPE, AWAY])]),
+    row(
+        "Properties",
+        Scope::Properties,
+        "up, down",
+        &[act("property up", Step(-1), &[UP, key('k')]), act("property down", Step(1), &[DOWN, key('j')])],
+    ),
+    row(
+        "Properties",
+        Scope::Properties,
+        "a screen up, down",
+        &[
+            act("properties up", Page(-1), &[Key::plain(Code::PageUp)]),
+            act("properties down", Page(1), &[Key::plain(Code::PageDown)]),
+        ],
+    ),
+    row(
+        "Properties",
+        Scope::Properties,
+        "first, last",
+        &[
+            act("first property", Ends(-1), &[Key::plain(Code::Home)]),
+            act("last property", Ends(1), &[Key::plain(Code::End)]),
+        ],
+    ),
+    row(
+        "Properties",
+        Scope::Properties,
+        "less, more",
+        &[act("less", Turn(-1), &[LEFT, key('h')]), act("more", Turn(1), &[RIGHT, key('l')])],
+    ),
+    row(
+        "Properties",
+        Scope::Properties,
+        "much less, more",
+        &[act("much less", TurnFar(-1), &[FAR_LEFT, key('H')]), act("much more", TurnFar(1), &[FAR_RIGHT, key('L')])],
+    ),
+    row("Properties", Scope::Properties, "type a value", &[act("type a value", Accept, &[ENTER])]),
+    row("Properties", Scope::Properties, "the default value", &[act("default value", Reset, &[BACK])]),
+    row("Properties", Scope::Properties, "to the tree", &[act("to the tree", Cancel, &[ESCAPE, AWAY])]),
+    row(
+        "Moving",
+        Scope::Transform,
+        "axis (again: none)",
+        &[
+            act("along x", Axis(0), &[key('x')]),
+            act("along y", Axis(1), &[key('y')]),
+            act("along z", Axis(2), &[key('z')]),
+        ],
+    ),
+    row("Moving", Scope::Transform, "world or view axes", &[act("view axes", ToggleViewAxes, &[key('v')])]),
+    row(
+        "Moving",
+        Scope::Transform,
+        "nudge",
+        &[
+            act("nudge left", Turn(-1), &[LEFT, key('h')]),
+            act("nudge down", Step(1), &[DOWN, key('j')]),
+            act("nudge up", Step(-1), &[UP, key('k')]),
+            act("nudge right", Turn(1), &[RIGHT, key('l')]),
+        ],
+    ),
+    row(
+        "Moving",
+        Scope::Transform,
+        "by ten",
+        &[
+            act("nudge far left", TurnFar(-1), &[FAR_LEFT, key('H')]),
+            act("nudge far down", StepFar(1), &[FAR_DOWN, key('J')]),
+            act("nudge far up", StepFar(-1), &[FAR_UP, key('K')]),
+            act("nudge far right", TurnFar(1), &[FAR_RIGHT, key('L')]),
+        ],
+    ),
+    row(
+        "Moving",
+        Scope::Transform,
+        "keep, take back",
+        &[
+            act("keep the move", Accept, &[ENTER, key(' ')]),
+            act("take the move back", Cancel, &[ESCAPE, AWAY, key('q')]),
+        ],
+    ),
+    row(
+        "Dialogs",
+        Scope::Dialog,
+        "up, down",
+        &[act("dialog up", Step(-1), &[UP]), act("dialog down", Step(1), &[DOWN])],
+    ),
+    row(
+        "Dialogs",
+        Scope::Dialog,
+        "less, more",
+        &[act("dialog left", Turn(-1), &[LEFT]), act("dialog right", Turn(1), &[RIGHT])],
+    ),
+    row(
+        "Dialogs",
+        Scope::Dialog,
+        "much less, more",
+        &[act("dialog far left", TurnFar(-1), &[FAR_LEFT]), act("dialog far right", TurnFar(1), &[FAR_RIGHT])],
+    ),
+    row(
+        "Dialogs",
+        Scope::Dialog,
+        "a screen up, down",
+        &[
+            act("dialog page up", Page(-1), &[Key::plain(Code::PageUp)]),
+            act("dialog page down", Page(1), &[Key::plain(Code::PageDown)]),
+        ],
+    ),
+    row(
+        "Dialogs",
+        Scope::Dialog,
+        "next, previous field",
+        &[
+            act("next field", Focus(1), &[Key::plain(Code::Tab)]),
+            act("previous field", Focus(-1), &[Key::shift(Code::Tab)]),
+        ],
+    ),
+    row(
+        "Dialogs",
+        Scope::Dialog,
+        "take, leave as it was",
+        &[act("take", Accept, &[ENTER]), act("leave as it was", Cancel, &[ESCAPE, AWAY])],
+    ),
+    row("Dialogs", Scope::Dialog, "quit", &[act("quit from a dialog", Quit, &[Key::ctrl('c')])]),
 ];
 
-const fn always(group: &'static str, keys: &'static [(Key, Command)], help: &'static str) -> Binding {
-    Binding { group, keys, help, when: When::Always }
-}
-
-impl Binding {
-    /// Its keys as text: `q Ctrl-C`, `h j k l`, `Shift-←↓↑→`.
-    pub fn keys_text(&self) -> String {
-        if self.keys.iter().all(|(key, _)| key.shift) {
-            let arrows = self.keys.iter().map(|(key, _)| Key::plain(key.code).to_string());
-            return format!("Shift-{}", arrows.collect::<String>());
-        }
-        self.keys.iter().map(|(key, _)| key.to_string()).collect::<Vec<_>>().join(" ")
+impl Action {
+    /// Its name in the configuration file: `save-scene-as`.
+    pub fn name(&self) -> String {
+        self.title.replace(' ', "-")
     }
-
-    /// What it does and when, as text.
-    pub fn help_text(&self) -> String {
-        match self.when {
-            When::Always => self.help.to_string(),
-            When::Fitted => format!("{} (if not zoomed)", self.help),
-            When::Zoomed => format!("{} (if zoomed)", self.help),
-        }
-    }
-}
-
-/// What `key` means now.
-pub fn command_for(key: Key, zoomed: bool) -> Option<Command> {
-    let holds = |when| match when {
-        When::Always => true,
-        When::Fitted => !zoomed,
-        When::Zoomed => zoomed,
-    };
-    let candidates = BINDINGS.iter().filter(|binding| holds(binding.when));
-    candidates.flat_map(|binding| binding.keys).find(|(bound, _)| *bound == key).map(|(_, command)| *command)
-}
-
-/// The key of `command` that is listed first: what the status line names.
-pub fn key_of(command: Command) -> String {
-    let all = BINDINGS.iter().flat_map(|binding| binding.keys);
-    all.clone().find(|(_, bound)| *bound == command).map(|(key, _)| key.to_string()).unwrap_or_default()
-}
-
-/// The table as Markdown: what the README holds.
-pub fn markdown() -> String {
-    let mut text = String::from("| | Keys | What they do |\n|---|---|---|\n");
-    let mut group = "";
-    for binding in BINDINGS {
-        let heading = if binding.group == group { "" } else { binding.group };
-        group = binding.group;
-        let keys = binding.keys.iter().map(|(key, _)| format!("`{key}`")).collect::<Vec<_>>().join(" ");
-        text += &format!("| {heading} | {keys} | {} |\n", binding.help_text());
-    }
-    text
 }
 
 #[cfg(test)]
@@ -207,23 +606,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_key_means_two_things_at_once() {
-        for zoomed in [false, true] {
-            for (key, command) in BINDINGS.iter().filter(|b| b.when == When::Always).flat_map(|b| b.keys) {
-                assert_eq!(command_for(*key, zoomed), Some(*command), "{key}");
+    fn no_binding_needs_more_than_a_legacy_terminal_or_what_multiplexers_take() {
+        for action in BINDINGS.iter().flat_map(|binding| binding.actions) {
+            for (i, key) in action.keys.iter().enumerate() {
+                let taken = ['a', 'b', 'g', 'h', 'n', 'o', 'p', 'q', 's', 't', 'i', 'j', 'm'].map(Key::ctrl);
+                // The one exception has a key before it that nobody takes.
+                let excused = *key == Key::ctrl('p') && i > 0;
+                assert!((!taken.contains(key) || excused) && !key.alt && key.code != Code::Other, "{key}");
+                // Escape may come late or not at all.
+                assert!(key.code != Code::Escape || action.keys.len() > 1, "{}", action.title);
             }
         }
-        assert_eq!(command_for(Key::plain(Code::Left), false), Some(Orbit(-1, 0)));
-        assert_eq!(command_for(Key::plain(Code::Left), true), Some(Shift(-1, 0)));
     }
 
     #[test]
-    fn no_binding_needs_more_than_a_legacy_terminal_or_what_multiplexers_take() {
-        for (key, _) in BINDINGS.iter().flat_map(|binding| binding.keys) {
-            let taken = ['a', 'b', 'g', 'h', 'n', 'o', 'p', 'q', 's', 't', 'i', 'j', 'm'].map(Key::ctrl);
-            assert!(!taken.contains(key) && !key.alt && key.code != Code::Other, "{key}");
-            // Escape cannot be told from the beginning of a split sequence.
-            assert!(key.code != Code::Escape, "{key}");
+    fn every_name_stands_for_one_action_and_every_action_has_a_key() {
+        let actions: Vec<_> = BINDINGS.iter().flat_map(|binding| binding.actions).collect();
+        for (i, action) in actions.iter().enumerate() {
+            assert!(!action.keys.is_empty(), "{}", action.title);
+            assert!(actions[..i].iter().all(|other| other.name() != action.name()), "{}", action.title);
         }
     }
 }

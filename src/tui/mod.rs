@@ -14,21 +14,35 @@ pub mod app;
 pub mod camera;
 pub mod color;
 pub mod command;
-mod edit;
+pub mod decode;
+pub mod dialog;
+pub mod editor;
 mod encode;
+mod errands;
 pub mod event;
+pub mod field;
 mod format;
 pub mod key;
+pub mod keymap;
 pub mod layout;
 mod listen;
 pub mod numbers;
 mod pacer;
 mod panel;
 pub mod preview;
+pub mod properties;
 mod session;
+pub mod side;
+mod status;
 mod terminal;
+pub mod transform;
+pub mod tree;
 pub mod view;
+mod widget;
 pub mod writer;
+
+pub use editor::FileText;
+pub use keymap::Keymap;
 
 use crate::description::SceneDesc;
 use crate::scene::{CompileError, Scene};
@@ -46,6 +60,12 @@ pub struct Options {
     pub desc: SceneDesc,
     /// What was compiled before and shares models with it, so that they are not read again.
     pub compiled: Option<Arc<Scene>>,
+    /// The file that the scene was read from; `None` for a model.
+    pub source: Option<FileText>,
+    /// Where models and pictures are looked for first, absolute.
+    pub directory: PathBuf,
+    /// What each key means.
+    pub keymap: Keymap,
     /// What the scene is called: a file stem or `demo`.
     pub scene_name: String,
     /// Where finished pictures go (`<scene>.png` if the user did not say).
