@@ -29,6 +29,7 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("ratatui", &["tui/"]),
     ("tobj", &["assets/obj"]),
     ("toml", &["description/"]),
+    ("toml_edit", &["description/save/"]),
 ];
 
 /// The only folder with unsafe code.

@@ -7,7 +7,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub(super) use check::check;
+pub(super) use check::{check, default_view_height};
 
 use super::expression::Expression;
 use super::{Interval, Refused, SceneDesc, Target, color_code, parse_color, printable};
