@@ -23,12 +23,13 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("clap", &["cli/"]),
     ("crossbeam_channel", &["render/", "tui/"]),
     ("crossterm", &["tui/"]),
+    ("directories", &["tui/keymap"]),
     ("csscolorparser", &["description/"]),
     ("image", &["assets/", "output/"]),
     ("indicatif", &["headless/"]),
     ("ratatui", &["tui/"]),
     ("tobj", &["assets/obj"]),
-    ("toml", &["description/"]),
+    ("toml", &["description/", "tui/keymap"]),
     ("toml_edit", &["description/save/"]),
 ];
 

@@ -53,9 +53,8 @@ fn answer(from_clap: &clap::Error) -> ExitCode {
         ErrorKind::ArgumentConflict => match from_clap.get(ContextKind::InvalidArg) {
             Some(twice) => format!("error: {twice} is given twice; give it once"),
             // Clap takes the second of two scenes for a command.
-            None => {
-                "error: there can be one scene, and a command (render, check or keys) stands before all options".to_owned()
-            }
+            None => "error: there can be one scene, and a command (render, check or keys) stands before all options"
+                .to_owned(),
         },
         _ => from_clap.render().to_string(),
     };
@@ -158,7 +157,8 @@ fn keys(args: &KeysArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     let file = tui::keymap::file().map(|file| file.to_string_lossy().into_owned());
-    let place = file.map(|file| format!("\nOther keys: {} (for example: undo = [\"u\", \"Ctrl-U\"])", printable(&file)));
+    let place =
+        file.map(|file| format!("\nOther keys: {} (for example: undo = [\"u\", \"Ctrl-U\"])", printable(&file)));
     print(format_args!("{}{}", keymap.table(), place.unwrap_or_default()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -81,11 +81,7 @@ impl Opened {
         let text = self.text.clone()?;
         // Without the flags, which are not written into the file.
         let desc = parse(&text, &self.file).ok()?;
-        let file = match builtin(&self.file) {
-            Some(_) => self.file.clone(),
-            None => std::path::absolute(&self.file).unwrap_or_else(|_| self.file.clone()),
-        };
-        Some(FileText { file, text, desc: Arc::new(desc) })
+        Some(FileText { file: self.file.clone(), text, desc: Arc::new(desc) })
     }
 
     /// Where the file is, absolute; for the built-in scene the working directory.

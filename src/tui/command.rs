@@ -282,12 +282,7 @@ pub const BINDINGS: &[Binding] = &[
             act("scale", Transform(Motion::Scale), &[key('z')]),
         ],
     ),
-    row(
-        "Selection",
-        Scope::Screen,
-        "hide or show",
-        &[act("hide or show", ToggleHidden, &[key('v')])],
-    ),
+    row("Selection", Scope::Screen, "hide or show", &[act("hide or show", ToggleHidden, &[key('v')])]),
     row("Selection", Scope::Screen, "rename", &[act("rename", Rename, &[key('e')])]),
     row("Selection", Scope::Screen, "duplicate", &[act("duplicate", Duplicate, &[key('y')])]),
     row("Selection", Scope::Screen, "delete", &[act("delete", Delete, &[key('x'), Key::plain(Code::Delete)])]),

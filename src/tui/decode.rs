@@ -307,7 +307,9 @@ mod tests {
         assert_eq!(decode(b"\x1b[<69;5;6M"), [at(4, 5, MouseAction::WheelDown, true)]);
         // The old form, whose bytes must not be taken for typing.
         assert_eq!(decode(b"\x1b[M !#\x1b[M#!#"), [at(0, 2, MouseAction::Press, false)]);
-        for rubbish in [&b"\x1b[<2;3;4M"[..], b"\x1b[<35;3;4M", b"\x1b[<0;0;4M", b"\x1b[<;;M", b"\x1b[<M", b"\x1b[<32;3;4M"] {
+        for rubbish in
+            [&b"\x1b[<2;3;4M"[..], b"\x1b[<35;3;4M", b"\x1b[<0;0;4M", b"\x1b[<;;M", b"\x1b[<M", b"\x1b[<32;3;4M"]
+        {
             assert_eq!(decode(rubbish), [], "{rubbish:?}");
         }
     }

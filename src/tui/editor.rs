@@ -157,12 +157,20 @@ impl Editor {
 
     /// The text of a file that says what is there now.
     pub fn text_for(&self, file: &Path) -> Result<String, String> {
-        let bare = SceneDesc::default();
-        let source = match &self.source {
-            Some(source) => Source { text: &source.text, desc: &source.desc, file: &source.file },
-            None => Source { text: "", desc: &bare, file },
+        let Some(source) = &self.source else {
+            let nothing = Source { text: "", desc: &SceneDesc::default(), file: Path::new("") };
+            return save(nothing, self.desc(), file).map_err(|error| error.to_string());
         };
-        save(source, self.desc(), file).map_err(|error| error.to_string())
+        let mut said = (**self.desc()).clone();
+        // What flags of the command line said is not for the file, unless it was changed here.
+        if said.film == self.original.film {
+            said.film = source.desc.film;
+        }
+        if said.render == self.original.render {
+            said.render = source.desc.render;
+        }
+        let source = Source { text: &source.text, desc: &source.desc, file: &source.file };
+        save(source, &said, file).map_err(|error| error.to_string())
     }
 
     /// The scene was written.

@@ -41,9 +41,8 @@ impl Keymap {
     /// mistake comes with its line.
     pub fn parse(text: &str) -> Result<Self, (usize, String)> {
         let line = |at: usize| 1 + text.as_bytes()[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count();
-        let table = DeTable::parse(text).map_err(|error| {
-            (line(error.span().map_or(0, |span| span.start)), error.message().to_owned())
-        })?;
+        let table = DeTable::parse(text)
+            .map_err(|error| (line(error.span().map_or(0, |span| span.start)), error.message().to_owned()))?;
         let mut map = Self::default();
         let mut lines = BTreeMap::new();
         for (name, value) in table.get_ref() {
@@ -53,10 +52,14 @@ impl Keymap {
                 let alike = |action: &Action| strsim::jaro_winkler(&action.name(), name);
                 let nearest = actions().map(|(_, action)| action).max_by(|a, b| alike(a).total_cmp(&alike(b)));
                 let nearest = nearest.map(Action::name).unwrap_or_default();
-                return Err((at, format!("there is no command {name}; did you mean {nearest}? (glimt keys lists them)")));
+                return Err((
+                    at,
+                    format!("there is no command {name}; did you mean {nearest}? (glimt keys lists them)"),
+                ));
             }
             let key = |value: &DeValue| -> Result<Key, (usize, String)> {
-                let text = value.as_str().ok_or_else(|| (at, format!("{name} needs a key in quotes, or a list of them")))?;
+                let text =
+                    value.as_str().ok_or_else(|| (at, format!("{name} needs a key in quotes, or a list of them")))?;
                 text.parse().map_err(|advice| (at, format!("\"{text}\" is no key; {advice}")))
             };
             let keys = match value.get_ref() {

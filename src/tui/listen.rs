@@ -1,7 +1,7 @@
 //! Threads that wait for keys, signals and changes of size, and tell the interface.
 
-use super::event::Event;
 use super::decode::{Decoder, Input};
+use super::event::Event;
 use super::writer::Mailbox;
 use crossbeam_channel::Sender;
 use std::io;

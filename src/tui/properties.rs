@@ -194,7 +194,8 @@ impl Properties {
                     Value::Mixed => Role::Dim,
                     _ => Role::Text,
                 };
-                let text = if matches!(parameter.kind, Kind::Choice(_)) && here { format!("‹ {text} ›") } else { text };
+                let text =
+                    if matches!(parameter.kind, Kind::Choice(_)) && here { format!("‹ {text} ›") } else { text };
                 let unit = if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) };
                 let text_room = room.saturating_sub(2 * usize::from(swatch.is_some()));
                 let text_width = Span::raw(&text).width().min(text_room);

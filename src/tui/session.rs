@@ -271,7 +271,11 @@ impl Saver {
 
 /// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still. The error
 /// tells why the system refuses the thread.
-pub(super) fn spawn(title: &'static str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> Result<(), String> {
+pub(super) fn spawn(
+    title: &'static str,
+    events: &Sender<Event>,
+    body: impl FnOnce() + Send + 'static,
+) -> Result<(), String> {
     let events = events.clone();
     let guarded = move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {

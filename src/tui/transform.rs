@@ -123,9 +123,7 @@ impl Transform {
                 let camera = &self.begun.camera;
                 self.shift += match self.direction() {
                     Some(direction) => direction * (along * step),
-                    None => {
-                        (Axis::Right.direction(camera) * right + Axis::Up.direction(camera) * above) * step
-                    }
+                    None => (Axis::Right.direction(camera) * right + Axis::Up.direction(camera) * above) * step,
                 };
             }
             Motion::Rotate => self.degrees += along * DEGREES[usize::from(far)],

@@ -200,7 +200,15 @@ impl Tree {
     }
 
     /// Draws the rows. `typing`: whether the search takes the keys.
-    pub fn draw(&self, desc: &SceneDesc, mode: ColorMode, focused: bool, typing: bool, area: Rect, buffer: &mut Buffer) {
+    pub fn draw(
+        &self,
+        desc: &SceneDesc,
+        mode: ColorMode,
+        focused: bool,
+        typing: bool,
+        area: Rect,
+        buffer: &mut Buffer,
+    ) {
         let mut lines = rows(area);
         let width = usize::from(area.width);
         if let (Some(filter), Some(row)) = (&self.filter, self.filter.as_ref().and_then(|_| lines.next())) {

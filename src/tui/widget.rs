@@ -18,12 +18,7 @@ pub fn popup(
     buffer: &mut Buffer,
 ) -> Rect {
     let (width, height) = (width.saturating_add(4).min(room.width), height.saturating_add(2).min(room.height));
-    let area = Rect {
-        x: room.x + (room.width - width) / 2,
-        y: room.y + (room.height - height) / 2,
-        width,
-        height,
-    };
+    let area = Rect { x: room.x + (room.width - width) / 2, y: room.y + (room.height - height) / 2, width, height };
     Clear.render(area, buffer);
     let block = Block::bordered().border_type(BorderType::Rounded).border_style(mode.style(Role::Dim));
     let block = block.title(Line::styled(format!(" {title} "), mode.style(Role::Strong)));

@@ -384,7 +384,8 @@ impl App {
     }
 
     pub(super) fn ask_view(&mut self) {
-        let word = |i: usize| if self.editor.views[i].is_some() { "replace the view kept here" } else { "keep it here" };
+        let word =
+            |i: usize| if self.editor.views[i].is_some() { "replace the view kept here" } else { "keep it here" };
         let answers = ('1'..='9').enumerate().map(|(i, digit)| (digit, word(i))).collect();
         self.dialog =
             Some(Dialog::Question(Question { title: "Keep this view".into(), answers, about: About::StoreView }));
@@ -417,7 +418,7 @@ impl App {
                 if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
                     return Err("the name of a scene ends in .toml".into());
                 }
-                self.write_scene(self.directory.join(file))
+                self.write_scene(file)
             }
         }
     }

@@ -189,9 +189,7 @@ impl App {
             return;
         }
         let bounds = |index| self.scene.as_deref().and_then(|scene| bounds_of(scene, index));
-        let pivot = centre(&desc, &targets, |index| {
-            bounds(index).map(|(lower, upper)| Bounds { lower, upper })
-        });
+        let pivot = centre(&desc, &targets, |index| bounds(index).map(|(lower, upper)| Bounds { lower, upper }));
         let gesture = self.editor.new_gesture();
         self.transform = Some(Transform::new(motion, &desc, targets, pivot.unwrap_or(DVec3::ZERO), gesture));
     }

@@ -43,8 +43,26 @@ const SLIDERS: [(&str, f64); 6] =
 
 /// Names of the palette, all of CSS.
 pub const NAMED: [&str; 20] = [
-    "white", "silver", "gray", "black", "maroon", "firebrick", "tomato", "coral", "orange", "gold", "khaki", "olive",
-    "seagreen", "limegreen", "turquoise", "steelblue", "royalblue", "navy", "indigo", "orchid",
+    "white",
+    "silver",
+    "gray",
+    "black",
+    "maroon",
+    "firebrick",
+    "tomato",
+    "coral",
+    "orange",
+    "gold",
+    "khaki",
+    "olive",
+    "seagreen",
+    "limegreen",
+    "turquoise",
+    "steelblue",
+    "royalblue",
+    "navy",
+    "indigo",
+    "orchid",
 ];
 
 /// A colour that is already linear, as what it looks like.
@@ -196,14 +214,14 @@ impl ColorDialog {
             for x in 0..bar {
                 let part = x as f64 / bar.saturating_sub(1).max(1) as f64;
                 let color = mode.color(self.slider_color(i, part));
-                let (symbol, style) = if x == at {
-                    ("┃", mode.style(Role::Strong))
-                } else {
-                    ("━", Style::new().fg(color))
-                };
+                let (symbol, style) =
+                    if x == at { ("┃", mode.style(Role::Strong)) } else { ("━", Style::new().fg(color)) };
                 spans.push(Span::styled(symbol, style));
             }
-            spans.push(Span::styled(format!(" {value:>4.0}"), mode.style(if chosen { Role::Strong } else { Role::Text })));
+            spans.push(Span::styled(
+                format!(" {value:>4.0}"),
+                mode.style(if chosen { Role::Strong } else { Role::Text }),
+            ));
             Line::from(spans).render(area, buffer);
         }
         let heading = |name: &'static str, row: Row| {
@@ -222,9 +240,7 @@ impl ColorDialog {
         }
         Line::from(code).render(line(6), buffer);
         let named: Vec<_> = NAMED.iter().map(|name| parse_color(name).map_or([0; 3], codes_of)).collect();
-        for (name, row, colors, y) in
-            [("named", Row::Named, &named, 7), ("recent", Row::Recent, &self.recent, 8)]
-        {
+        for (name, row, colors, y) in [("named", Row::Named, &named, 7), ("recent", Row::Recent, &self.recent, 8)] {
             if colors.is_empty() {
                 continue;
             }
@@ -236,7 +252,8 @@ impl ColorDialog {
                 spans.push(Span::styled(symbol, Style::new().fg(mode.color(*codes))));
             }
             if self.row == row && row == Row::Named {
-                spans.push(Span::styled(format!(" {}", NAMED[self.swatch.min(NAMED.len() - 1)]), mode.style(Role::Dim)));
+                spans
+                    .push(Span::styled(format!(" {}", NAMED[self.swatch.min(NAMED.len() - 1)]), mode.style(Role::Dim)));
             }
             Line::from(spans).render(line(y), buffer);
         }
@@ -268,7 +285,11 @@ impl ColorDialog {
 
 /// The lower part of a high screen, so that the dialog hides little of the picture.
 fn right_of(room: Rect) -> Rect {
-    if room.height < 30 { room } else { Rect { y: room.y + room.height / 2, height: room.height - room.height / 2, ..room } }
+    if room.height < 30 {
+        room
+    } else {
+        Rect { y: room.y + room.height / 2, height: room.height - room.height / 2, ..room }
+    }
 }
 
 /// Hue in degrees, saturation and value in percent, of sRGB codes (Smith 1978).

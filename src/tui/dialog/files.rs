@@ -208,7 +208,8 @@ impl Thumbnail {
         let scale = (f64::from(area.width) / self.width as f64).min(2.0 * f64::from(area.height) / height as f64);
         let (across, down) = ((self.width as f64 * scale) as u16, (height as f64 * scale) as u16);
         let pixel = |x: u16, y: u16| {
-            let part = |at: u16, of: u16, count: usize| (2 * usize::from(at) + 1) * count / (2 * usize::from(of.max(1)));
+            let part =
+                |at: u16, of: u16, count: usize| (2 * usize::from(at) + 1) * count / (2 * usize::from(of.max(1)));
             let (x, y) = (part(x, across, self.width), part(y.min(down.saturating_sub(1)), down, height));
             self.pixels.get(y * self.width + x).copied().unwrap_or_default()
         };

@@ -101,7 +101,13 @@ pub fn rank(query: &str, title: &str) -> Option<usize> {
     let title = title.to_lowercase();
     if let Some(at) = title.find(query) {
         let begins_word = at == 0 || title[..at].ends_with(' ');
-        return Some(if at == 0 { 0 } else if begins_word { 100 + at } else { 200 + at });
+        return Some(if at == 0 {
+            0
+        } else if begins_word {
+            100 + at
+        } else {
+            200 + at
+        });
     }
     let mut rest = title.chars();
     let mut skipped = 0;
