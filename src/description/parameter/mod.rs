@@ -298,8 +298,14 @@ impl Parameter {
             if (self.read)(&edited, target).as_ref() == Some(&value) {
                 continue;
             }
-            let before = edited.clone();
-            (self.write)(&mut edited, target, value).ok_or_else(|| self.does_not_apply(&before, target))?;
+            let is_choice = matches!(value, Value::Choice(_));
+            if (self.write)(&mut edited, target, value).is_none() {
+                return Err(match (self.read)(desc, target) {
+                    Some(Value::Choice(_)) if is_choice => Refused::new("a picture needs a file: choose one"),
+                    Some(_) => Refused::new(format!("this is no value of {}", self.label)),
+                    None => self.does_not_apply(desc, target),
+                });
+            }
             check(&edited, target)?;
         }
         *desc = edited;

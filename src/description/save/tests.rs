@@ -3,7 +3,7 @@
 use super::super::edit::{self, Axis, Bounds, New};
 use super::super::parameter::{Kind, Value, parameter, parameters, shared_parameters};
 use super::*;
-use crate::description::{Target, builtin, parse};
+use crate::description::{Target, TextureSource, builtin, parse};
 use crate::math::{Rgb, SplitMix64};
 use glam::DVec3;
 use std::fs;
@@ -49,6 +49,7 @@ fn parsed(text: &str, file: &Path) -> SceneDesc {
 
 /// Shows only what differs.
 fn same(found: &SceneDesc, expected: &SceneDesc, from: &str, to: &str) {
+    let (found, expected) = (&with_real_paths(found), &with_real_paths(expected));
     assert_eq!((found.film, found.camera), (expected.film, expected.camera), "{from}\nto\n{to}");
     assert_eq!((found.world, found.render), (expected.world, expected.render), "{from}\nto\n{to}");
     assert_eq!(found.objects.len(), expected.objects.len(), "{from}\nto\n{to}");
@@ -59,6 +60,27 @@ fn same(found: &SceneDesc, expected: &SceneDesc, from: &str, to: &str) {
         assert_eq!(found, expected, "{from}\nto\n{to}");
     }
     assert!(found == expected, "{:?} {:?}\n{from}\nto\n{to}", found.lights, expected.lights);
+}
+
+/// A path that leads up and down again means the same file.
+fn with_real_paths(desc: &SceneDesc) -> SceneDesc {
+    let mut desc = desc.clone();
+    let real = |path: &mut PathBuf| {
+        if let Ok(found) = fs::canonicalize(&path) {
+            *path = found;
+        }
+    };
+    for object in &mut desc.objects {
+        if let ShapeDesc::Mesh { file, .. } = &mut object.shape {
+            real(file);
+        }
+    }
+    for texture in desc.materials.iter_mut().filter_map(|material| material.texture.as_mut()) {
+        if let TextureSource::Image { file, .. } = &mut texture.source {
+            real(file);
+        }
+    }
+    desc
 }
 
 fn pick<T: Copy>(random: &mut SplitMix64, list: &[T]) -> T {
@@ -129,6 +151,7 @@ fn random_edit(random: &mut SplitMix64, desc: &mut SceneDesc) {
                 let color = Value::Color(Rgb::new(random.unit(), random.unit(), 1.0));
                 match (random.next_u64() % 5, &parameter.kind) {
                     (0, _) => parameter.reset(desc, &several),
+                    (1, Kind::Path(_)) => Ok(()),
                     (1, Kind::Color) => parameter.set(desc, &several, &color),
                     (1, _) => parameter.enter(desc, &several, pick(random, &["0.1+0.2", "*2", "+-1", "1e-3", "1/3"])),
                     _ => parameter.nudge(desc, &several, pick(random, &[-3, -1, 1, 10]), random.next_u64() % 2 == 0),
@@ -169,7 +192,7 @@ fn what_was_edited_is_what_is_saved_and_untouched_entries_stay_as_they_were() {
     let mut random = SplitMix64(42);
     let corpus = corpus();
     let mut compared = 0;
-    for round in 0..1500 {
+    for round in 0..700 {
         let (file, text) = &corpus[round % corpus.len()];
         let desc = parsed(text, file);
         let source = Source { text, desc: &desc, file };
@@ -188,9 +211,10 @@ fn what_was_edited_is_what_is_saved_and_untouched_entries_stay_as_they_were() {
         let saved = save(source, &edited, file).unwrap();
         same(&parsed(&saved, file), &edited, text, &saved);
         // Once more, from what was saved.
-        let mut again = edited.clone();
+        let reread = parsed(&saved, file);
+        let mut again = reread.clone();
         random_edit(&mut random, &mut again);
-        let resaved = save(Source { text: &saved, desc: &edited, file }, &again, file).unwrap();
+        let resaved = save(Source { text: &saved, desc: &reread, file }, &again, file).unwrap();
         same(&parsed(&resaved, file), &again, &saved, &resaved);
 
         if text.contains("[material.texture]") || text.contains("object = [") {
@@ -213,7 +237,7 @@ fn what_was_edited_is_what_is_saved_and_untouched_entries_stay_as_they_were() {
             }
         }
     }
-    assert!(compared > 1000, "{compared}");
+    assert!(compared > 500, "{compared}");
 }
 
 /// How many lines of `a` are not in `b`.

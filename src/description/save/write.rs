@@ -162,7 +162,7 @@ fn value_of(field: &Field, before: Option<&Value>, directories: &Directories) ->
         Field::Number(v) => number_like(before, *v),
         Field::Integer(v) => Value::from(*v),
         Field::Toggle(on) => Value::from(*on),
-        Field::Text(text) => Value::from(text.as_str()),
+        Field::Text(text) => text_value(text),
         Field::Path(path) => Value::from(directories.written(path)?),
         Field::Color(color) => color_value(*color),
         Field::Colors(colors) => Value::Array(colors.iter().map(|color| color_value(*color)).collect()),
@@ -181,6 +181,20 @@ fn value_of(field: &Field, before: Option<&Value>, directories: &Directories) ->
         }
         Field::Table(fields) => Value::InlineTable(inline(fields, directories)?),
     })
+}
+
+/// A string of one line: line ends within would be taken for those of the file.
+fn text_value(text: &str) -> Value {
+    if !text.contains(['\n', '\r']) {
+        return Value::from(text);
+    }
+    let escape = |c: char| match c {
+        '"' | '\\' => format!("\\{c}"),
+        c if c.is_control() => format!("\\u{:04x}", u32::from(c)),
+        c => c.to_string(),
+    };
+    let quoted = format!("\"{}\"", text.chars().map(escape).collect::<String>());
+    quoted.parse().unwrap_or_else(|_| Value::from(text))
 }
 
 fn color_value(color: Rgb) -> Value {
