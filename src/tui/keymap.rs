@@ -1,6 +1,7 @@
 //! Which keys are bound to which command here: the table, changed by the user's own file.
 
-use super::command::{Action, BINDINGS, Binding, Command, Scope};
+use super::bindings::BINDINGS;
+use super::command::{Action, Binding, Command, Scope};
 use super::key::Key;
 use crate::description::printable;
 use directories::ProjectDirs;

@@ -1,7 +1,8 @@
 //! The help screen: every key.
 
+use crate::tui::bindings::BINDINGS;
 use crate::tui::color::{ColorMode, Role};
-use crate::tui::command::{BINDINGS, Command};
+use crate::tui::command::Command;
 use crate::tui::keymap::Keymap;
 use crate::tui::widget::popup;
 use ratatui::buffer::Buffer;
