@@ -105,12 +105,11 @@ impl App {
         /// More than any machine has processors.
         const MOST: usize = 1024;
         let threads = self.threads.saturating_add_signed(more.into()).clamp(1, MOST);
-        if threads == self.threads {
-            return Vec::new();
+        if threads != self.threads {
+            self.threads = threads;
+            self.lay_out();
+            self.restart();
         }
-        self.threads = threads;
-        self.lay_out();
-        self.restart();
         let word = if threads == 1 { "thread" } else { "threads" };
         self.tell(Tone::Plain, format!("{threads} {word}"));
         vec![Effect::Threads(threads)]

@@ -94,7 +94,7 @@ impl App {
                     self.tell(Tone::Plain, format!("deleted {what}; {undo} brings it back"));
                 }
             }
-            Command::Reorder(by) => self.reorder(by),
+            Command::Reorder(by) => self.reorder(by, now),
             Command::EditColor => self.open_color(),
             Command::EditTexture => return self.open_texture(),
             Command::StoreView => self.ask_view(),
@@ -194,11 +194,11 @@ impl App {
         self.transform = Some(Transform::new(motion, &desc, targets, pivot.unwrap_or(DVec3::ZERO), gesture));
     }
 
-    fn reorder(&mut self, by: i8) {
+    fn reorder(&mut self, by: i8, now: Instant) {
         let target = self.editor.tree.cursor();
-        if let Some(now) = self.change("reorder", None, |desc| move_by(desc, target, by.into())) {
-            self.editor.tree.forget_marks();
-            self.editor.tree.select(now);
+        let gesture = self.editor.held_gesture("reorder", now);
+        if let Some(moved) = self.change("reorder", Some(gesture), |desc| move_by(desc, target, by.into())) {
+            self.editor.tree.select(moved);
         }
     }
 
