@@ -42,9 +42,10 @@ impl Meter {
                 let plural = |number: usize| if number == 1 { "" } else { "s" };
                 let threads = settings.threads.get();
                 tell(format_args!(
-                    "rendering {width}x{height}, {samples} sample{} a pixel, {threads} thread{}",
+                    "rendering {width}x{height}, {samples} sample{} a pixel, {threads} thread{}, {}",
                     plural(samples as usize),
-                    plural(threads)
+                    plural(threads),
+                    scene.isa().name()
                 ));
                 Self::Lines { tenth: 0, last: now }
             }

@@ -4,4 +4,4 @@ mod atomic;
 mod png;
 
 pub use atomic::{check_target, write_whole};
-pub use png::save_png;
+pub use png::{encode_png, save_png};

@@ -152,7 +152,7 @@ impl Worker {
     }
 
     fn work(&self) {
-        let sampler = sampler(&self.scene.render);
+        let sampler = sampler(&self.scene);
         let mut batch = Batch::default();
         while let Ok(Some((mut tile, number))) = self.queue.recv() {
             let pass = self.passes[number];

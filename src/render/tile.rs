@@ -5,7 +5,7 @@ use super::event::{TileImage, TileStats};
 use super::pass::{COARSEST, Pass};
 use crate::math::{Rgb, sample_in_pixel};
 use crate::scene::Scene;
-use crate::shading::{RayCounts, Sample, Sampler};
+use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -56,6 +56,7 @@ pub(super) struct Batch {
     /// The pixel of each point, row by row in the tile.
     pixels: Vec<u32>,
     samples: Vec<Sample>,
+    scratch: Scratch,
 }
 
 /// Row and column of the pixels of a tile in blocks of 8 by 8, so that rays traced together are close together.
@@ -131,7 +132,7 @@ impl Tile {
         batch.samples.resize(batch.points.len(), Sample::default());
         stats.rays += loop {
             let mut rays = RayCounts::default();
-            sampler(scene, &batch.points, &mut batch.samples, &mut rays, control.stop());
+            sampler(scene, &batch.points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
             if !control.stop().load(Ordering::Relaxed) {
                 break rays;
             }

@@ -47,6 +47,7 @@ pub mod writer;
 pub use editor::FileText;
 pub use keymap::Keymap;
 
+use crate::bvh::Isa;
 use crate::description::SceneDesc;
 use crate::scene::{CompileError, Scene};
 use std::fmt;
@@ -75,6 +76,8 @@ pub struct Options {
     pub output: PathBuf,
     /// Worker threads.
     pub threads: NonZeroUsize,
+    /// What scenes are compiled for.
+    pub isa: Isa,
     /// Colours of the terminal.
     pub color: ColorChoice,
 }

@@ -133,15 +133,12 @@ impl Tree {
 
     /// Moves the cursor and marks the entries that it leaves and reaches.
     pub fn extend(&mut self, desc: &SceneDesc, by: isize) {
-        for _ in 0..2 {
-            if !self.marked.contains(&self.cursor) {
-                self.marked.push(self.cursor);
-            }
-            if self.marked.len() > 1 && self.marked.last() == Some(&self.cursor) {
-                break;
-            }
-            self.step(desc, by);
-        }
+        self.mark_cursor();
+        self.step(desc, by);
+        self.mark_cursor();
+    }
+
+    fn mark_cursor(&mut self) {
         if !self.marked.contains(&self.cursor) {
             self.marked.push(self.cursor);
         }

@@ -12,7 +12,7 @@ use glimt::description::*;
 use glimt::math::Rgb;
 use glimt::render::{self, Film, Rect, RenderEvent, Settings, TileImage};
 use glimt::scene::{self, Scene};
-use glimt::shading::{RayCounts, Sample, sampler};
+use glimt::shading::{RayCounts, Sample, Scratch, sampler};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -388,13 +388,13 @@ pub fn assert_exact(
     let tolerance = Tolerance { relative: EXACT.relative, absolute: EXACT.absolute.max(limit), pixels: 0 };
     let excluded = assert_image(name, &render(desc), tolerance, &mut expected);
     let scene = compile(desc);
-    let sampler = sampler(&desc.render);
+    let (sampler, mut scratch) = (sampler(&scene), Scratch::default());
     for y in 0..desc.film.height {
         for x in 0..desc.film.width {
             let Some(want) = expected(x, y) else { continue };
             let centre = [DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)];
             let mut sample = [Sample::default()];
-            sampler(&scene, &centre, &mut sample, &mut RayCounts::default(), &AtomicBool::new(false));
+            sampler(&scene, &centre, &mut sample, &mut RayCounts::default(), &mut scratch, &AtomicBool::new(false));
             let got = sample[0].radiance;
             for (got, want) in [got.r, got.g, got.b].into_iter().zip(want) {
                 let error = (got - want).abs() / want.abs().max(1.0);

@@ -1,6 +1,7 @@
 //! What the view and the session read.
 
 use super::{Activity, App, Focus, Message};
+use crate::bvh::Isa;
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress};
 use crate::tui::color::ColorMode;
@@ -54,6 +55,11 @@ impl App {
     /// The numbers to show.
     pub fn numbers(&self) -> Option<&Numbers> {
         self.numbers.as_ref()
+    }
+
+    /// The instruction set that rays are traced with, once there is a scene.
+    pub fn isa(&self) -> Option<Isa> {
+        self.scene.as_ref().map(|scene| scene.isa())
     }
 
     /// What is going on.
