@@ -4,13 +4,14 @@ use super::Failure;
 use super::compare::CompareArgs;
 use super::study::StudyCommand;
 use crate::bvh::Isa;
-use crate::description::{Numerics, SceneDesc, Shading, Shadows, limits};
+use crate::description::{Filter, Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// `glimt [SCENE]`, `glimt render`, `glimt check`.
 #[derive(Debug, Parser)]
@@ -75,9 +76,18 @@ pub struct RenderArgs {
     /// Worker threads [default: all processors]
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<NonZeroUsize>,
-    /// Samples a pixel
+    /// Samples a pixel; with --error or --time the most that a pixel gets
     #[arg(long, value_name = "N", value_parser = whole(1, limits::MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: Option<u32>,
+    /// Refine where the picture is wrong until its error is down to this: root mean square in 8-bit codes
+    #[arg(long, value_name = "CODES", value_parser = error, allow_negative_numbers = true)]
+    pub error: Option<f64>,
+    /// Render the best picture that can be had in this many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub time: Option<Duration>,
+    /// How samples make a pixel
+    #[arg(long, value_name = "FILTER", value_parser = named(Filter::NAMES))]
+    pub filter: Option<Filter>,
     /// Reflections and refractions along a path
     #[arg(long, value_name = "N", value_parser = whole(0, limits::MAX_DEPTH), allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
@@ -148,7 +158,14 @@ impl RenderArgs {
             (desc.film.width, desc.film.height) = (width, height);
         }
         let render = &mut desc.render;
-        render.samples = self.samples.unwrap_or(render.samples);
+        if self.samples.is_some() || self.error.is_some() || self.time.is_some() {
+            // Where rendering ends is asked for here: the scene's own end does not count.
+            let endless = self.time.map(|_| 0.0);
+            render.error = self.error.or(endless);
+            let most = if self.error.is_some() { limits::ADAPTIVE_SAMPLES } else { limits::MAX_SAMPLES };
+            render.samples = self.samples.unwrap_or(most);
+        }
+        render.filter = self.filter.unwrap_or(render.filter);
         render.max_depth = self.max_depth.unwrap_or(render.max_depth);
         render.shading = self.shading.unwrap_or(render.shading);
         render.shadows = self.shadows.unwrap_or(render.shadows);
@@ -179,6 +196,20 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
 fn is_whole(text: &str) -> bool {
     let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
+}
+
+fn error(text: &str) -> Result<f64, String> {
+    let (low, high) = (limits::ERROR.start(), limits::ERROR.end());
+    let found = text.parse().ok().filter(|number| limits::ERROR.contains(number));
+    found.ok_or_else(|| format!("must be from {low} to {high}"))
+}
+
+/// The longest time that can be asked for: a week.
+const MAX_SECONDS: f64 = 604_800.0;
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let found = text.parse().ok().filter(|seconds| (0.001..=MAX_SECONDS).contains(seconds));
+    found.map(Duration::from_secs_f64).ok_or_else(|| format!("must be from 0.001 to {MAX_SECONDS}"))
 }
 
 pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
@@ -244,6 +275,22 @@ mod tests {
     }
 
     #[test]
+    fn what_ends_a_render_is_what_the_flags_say_where_they_say_anything() {
+        let ends = |flags: &str| {
+            let mut desc = SceneDesc::default();
+            (desc.render.samples, desc.render.error) = (9, Some(2.0));
+            parse(&format!("glimt{flags}")).unwrap().show.override_scene(&mut desc);
+            (desc.render.samples, desc.render.error)
+        };
+        assert_eq!(ends(""), (9, Some(2.0)));
+        assert_eq!(ends(" --samples 5"), (5, None));
+        assert_eq!(ends(" --error 0.5"), (limits::ADAPTIVE_SAMPLES, Some(0.5)));
+        assert_eq!(ends(" --samples 64 --error 0.5"), (64, Some(0.5)));
+        assert_eq!(ends(" --time 3"), (limits::MAX_SAMPLES, Some(0.0)));
+        assert_eq!(ends(" --time 3 --samples 8"), (8, Some(0.0)));
+    }
+
+    #[test]
     fn no_flags_change_nothing() {
         let mut desc = SceneDesc::default();
         parse("glimt render a.toml").unwrap();
@@ -267,6 +314,12 @@ mod tests {
             ("--threads 0", "from 1 to 1024"),
             ("--threads 99999999999999999999", "from 1 to 1024"),
             ("--samples 0", "from 1 to 1048576"),
+            ("--error 0", "from 0.01 to 64"),
+            ("--error NaN", "from 0.01 to 64"),
+            ("--error -1", "from 0.01 to 64"),
+            ("--time 0", "from 0.001 to 604800"),
+            ("--time inf", "from 0.001 to 604800"),
+            ("--filter lanczos", "box, tent"),
             ("--max-depth 65", "from 0 to 64"),
             ("--tile-size 12", "multiple of 8"),
             ("--shading gouraud", "lambert, phong, whitted"),

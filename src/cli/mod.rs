@@ -117,10 +117,11 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
     }
     let settings = args.settings();
-    let rendered = headless::render(Arc::clone(&scene), settings, args.quiet).map_err(|error| match error {
-        Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
-        other => Failure::could_not(other),
-    })?;
+    let rendered =
+        headless::render(Arc::clone(&scene), settings, args.time, args.quiet).map_err(|error| match error {
+            Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
+            other => Failure::could_not(other),
+        })?;
     let saving = Instant::now();
     save_png(&rendered.film, &output).map_err(Failure::could_not)?;
     let seconds = Seconds {
@@ -131,7 +132,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         save: saving.elapsed().as_secs_f64(),
         total: begun.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&scene, &rendered, settings, &opened.file, &output, seconds);
+    let report = Report::new(&scene, &rendered, settings, args.time, &opened.file, &output, seconds);
     if !args.quiet {
         if report.non_finite > 0 {
             let samples = if report.non_finite == 1 { "sample was" } else { "samples were" };

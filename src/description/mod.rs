@@ -120,8 +120,13 @@ pub struct RenderDesc {
     pub shading: Shading,
     /// How many times a ray may be reflected or refracted (0: none), at most 64.
     pub max_depth: u32,
-    /// Samples a pixel, at least 1.
+    /// Samples a pixel, at least 1; with `error` the most that a pixel may get.
     pub samples: u32,
+    /// Root mean square of the sampling error, in 8-bit codes, at which rendering ends: samples go where the error is.
+    /// `None`: every pixel gets `samples`.
+    pub error: Option<f64>,
+    /// How samples make a pixel.
+    pub filter: Filter,
     /// What glass does to shadow rays.
     pub shadows: Shadows,
     /// Which arithmetic finds the hits.
@@ -137,6 +142,15 @@ pub enum Shading {
     Phong,
     /// Phong with shadows, reflection and refraction.
     Whitted,
+}
+
+/// `filter`: the weight of the film around the middle of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// The square of the pixel: the mean of what is seen through it.
+    Box,
+    /// A pyramid two pixels wide: softer, with weaker moire.
+    Tent,
 }
 
 /// `shadows`: what a transparent object does to a shadow ray.
@@ -370,6 +384,8 @@ impl Default for RenderDesc {
             shading: Shading::Whitted,
             max_depth: 8,
             samples: 16,
+            error: None,
+            filter: Filter::Box,
             shadows: Shadows::Opaque,
             numerics: Numerics::Robust,
         }
@@ -430,6 +446,10 @@ pub mod limits {
     pub const MAX_DEPTH: u32 = 64;
     /// Largest number of samples a pixel.
     pub const MAX_SAMPLES: u32 = 1 << 20;
+    /// The most samples that a pixel gets on the way to an error where no number is given.
+    pub const ADAPTIVE_SAMPLES: u32 = 4096;
+    /// Smallest and largest error that can be asked for, 8-bit codes.
+    pub const ERROR: std::ops::RangeInclusive<f64> = 0.01..=64.0;
     /// Largest coordinate, radius, edge or factor of scale.
     pub const MAX_LENGTH: f64 = 1e12;
     /// Smallest radius, edge or factor of scale.

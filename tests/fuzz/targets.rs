@@ -92,7 +92,7 @@ fn look(mut desc: SceneDesc, seed: u64) {
                     }
                     RenderEvent::Finished => return,
                     RenderEvent::Failed(error) => panic!("{error}"),
-                    RenderEvent::TileStarted { .. } => {}
+                    RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
                 }
             }
         }

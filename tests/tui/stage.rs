@@ -112,7 +112,7 @@ impl Stage {
         let stats = TileStats { samples: 100, busy: Duration::from_millis(30), ..TileStats::default() };
         self.tell(Event::Render(RenderEvent::TileFinished {
             worker: 0,
-            tile: TileImage { rect, pixels },
+            tile: TileImage { rect, pixels, ..TileImage::default() },
             stats,
             pass,
         }));

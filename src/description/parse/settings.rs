@@ -6,8 +6,8 @@ use super::value::Value;
 use super::{CAMERA, FILM, RENDER, WORLD, single};
 use crate::description::interval::Interval;
 use crate::description::{
-    Background, CameraDesc, Falloff, FilmDesc, LightDesc, LightKind, Numerics, Projection, RenderDesc, SceneDesc,
-    Shading, Shadows, WorldDesc, limits,
+    Background, CameraDesc, Falloff, FilmDesc, Filter, LightDesc, LightKind, Numerics, Projection, RenderDesc,
+    SceneDesc, Shading, Shadows, WorldDesc, limits,
 };
 use toml::de::DeTable;
 
@@ -131,13 +131,20 @@ fn background<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Backgroun
     Some(Background::Gradient { top: top?, bottom: bottom? })
 }
 
+const ERROR: Interval = Interval::closed(*limits::ERROR.start(), *limits::ERROR.end());
+
 fn render<'a>(report: &mut Report<'a>, section: &Section<'a>) -> RenderDesc {
-    section.check_keys(report, &["shading", "max_depth", "samples", "shadows", "numerics"]);
+    section.check_keys(report, &["shading", "max_depth", "samples", "error", "filter", "shadows", "numerics"]);
     let default = RenderDesc::default();
+    let error = section.read("error", |v| v.number(report, ERROR));
+    // On the way to an error `samples` is only a limit.
+    let samples = if error.is_some() { limits::ADAPTIVE_SAMPLES } else { default.samples };
     RenderDesc {
         shading: section.read("shading", |v| v.choice(report, Shading::NAMES)).unwrap_or(default.shading),
         max_depth: count(report, section, "max_depth", 0..=limits::MAX_DEPTH, default.max_depth),
-        samples: count(report, section, "samples", 1..=limits::MAX_SAMPLES, default.samples),
+        samples: count(report, section, "samples", 1..=limits::MAX_SAMPLES, samples),
+        error,
+        filter: section.read("filter", |v| v.choice(report, Filter::NAMES)).unwrap_or(default.filter),
         shadows: section.read("shadows", |v| v.choice(report, Shadows::NAMES)).unwrap_or(default.shadows),
         numerics: section.read("numerics", |v| v.choice(report, Numerics::NAMES)).unwrap_or(default.numerics),
     }

@@ -104,6 +104,8 @@ fn the_example_of_the_issue_means_what_it_says() {
             shading: Shading::Whitted,
             max_depth: 8,
             samples: 16,
+            error: None,
+            filter: Filter::Box,
             shadows: Shadows::Opaque,
             numerics: Numerics::Robust,
         },

@@ -119,7 +119,7 @@ impl App {
             progress.update(&event, now);
         }
         match event {
-            RenderEvent::TileStarted { .. } => {}
+            RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
             RenderEvent::TileFinished { tile, .. } => {
                 Arc::make_mut(&mut self.film).write(&tile);
                 self.preview.mark(tile.rect);
