@@ -35,6 +35,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// List the keys of the interface
+    Keys(KeysArgs),
     /// Say how far two pictures are apart
     Compare(CompareArgs),
     /// Measure speed, accuracy and growth, and draw them
@@ -48,6 +50,15 @@ pub struct CheckArgs {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub isa: IsaArg,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct KeysArgs {
+    /// As a table in Markdown
+    #[arg(long)]
+    pub markdown: bool,
     #[command(flatten)]
     pub color: ColorArg,
 }
