@@ -10,6 +10,7 @@ mod bins;
 mod build;
 mod collapse;
 mod kernels;
+mod overlap;
 mod simd;
 mod split;
 mod triangles;

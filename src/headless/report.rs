@@ -23,8 +23,18 @@ pub struct Report {
     pub output: String,
     /// Pixels across and down.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Samples a pixel; the most that one may get if there is an error to reach.
     pub samples: u32,
+    /// Samples that a pixel got, on average.
+    pub samples_per_pixel: f64,
+    /// How samples make a pixel.
+    pub filter: &'static str,
+    /// Where rendering was to end: root mean square of the sampling error in 8-bit codes; `null`: at `samples`. 0: never.
+    pub error_target: Option<f64>,
+    /// Seconds after which rendering was to end.
+    pub time_limit: Option<f64>,
+    /// Estimated root mean square of the sampling error, 8-bit codes; `null` where there are too few samples to tell.
+    pub error: Option<f64>,
     /// Lighting model.
     pub shading: &'static str,
     /// What glass does to shadow rays.
@@ -182,6 +192,7 @@ impl Report {
         scene: &Scene,
         rendered: &Rendered,
         settings: Settings,
+        time_limit: Option<Duration>,
         file: &Path,
         output: &Path,
         seconds: Seconds,
@@ -205,6 +216,11 @@ impl Report {
             output: output.to_string_lossy().into_owned(),
             size: [scene.width, scene.height],
             samples: scene.render.samples,
+            samples_per_pixel: rays.camera as f64 / (f64::from(scene.width) * f64::from(scene.height)),
+            filter: scene.render.filter.name(),
+            error_target: scene.render.error,
+            time_limit: time_limit.map(|limit| limit.as_secs_f64()),
+            error: progress.error(),
             shading: scene.render.shading.name(),
             shadows: scene.render.shadows.name(),
             numerics: scene.render.numerics.name(),
@@ -244,12 +260,16 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.size;
-        let plural = if self.samples == 1 { "" } else { "s" };
+        let samples = match self.samples_per_pixel {
+            mean if self.error_target.is_some() || self.time_limit.is_some() => format!("{mean:.1} samples"),
+            _ if self.samples == 1 => "1 sample".to_owned(),
+            _ => format!("{} samples", self.samples),
+        };
+        let error = self.error.map_or(String::new(), |error| format!(", error {error:.2} of 255"));
         write!(
             f,
-            "saved {}: {width}x{height}, {} sample{plural} a pixel, in {}; {} rays, {} a second",
+            "saved {}: {width}x{height}, {samples} a pixel{error}, in {}; {} rays, {} a second",
             printable(&self.output),
-            self.samples,
             span(Duration::try_from_secs_f64(self.seconds.total).unwrap_or_default()),
             many(self.rays.total as f64),
             many(self.rays_per_second),

@@ -6,10 +6,10 @@ use super::{
     Assets, Camera, Geometry, Imported, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape,
     Summary, Texture,
 };
-use crate::assets::{AssetError, load_images, load_obj};
+use crate::assets::{AssetError, Model, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
-    Entry, MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable,
+    MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, printable,
 };
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Why a description cannot be compiled.
@@ -50,7 +50,7 @@ pub enum CompileError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// Its entry in the description.
-    pub entry: Entry,
+    pub entry: Target,
     /// Its name, for people: `object "ball"`.
     pub label: String,
 }
@@ -58,9 +58,9 @@ pub struct Part {
 impl CompileError {
     /// The entry of the description that cannot be compiled, and the keys of it that may be the reason, the likeliest
     /// first.
-    pub fn place(&self) -> (Entry, &'static [&'static str]) {
+    pub fn place(&self) -> (Target, &'static [&'static str]) {
         match self {
-            Self::Camera => (Entry::Camera, &["look_at", "position", "up"]),
+            Self::Camera => (Target::Camera, &["look_at", "position", "up"]),
             Self::Singular { object } => (object.entry, &["scale", "size", "radius", "height", "data", "file"]),
             Self::UnknownMaterial { object, .. } => (object.entry, &["material"]),
             Self::Asset { user, .. } => (user.entry, &["file", "texture"]),
@@ -127,9 +127,10 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         render: desc.render,
         camera,
         world: desc.world,
-        lights: desc.lights.iter().map(Light::new).collect(),
+        lights: desc.lights.iter().filter(|light| light.visible).map(Light::new).collect(),
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
+        described_materials: desc.materials.len(),
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -137,9 +138,19 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         eye_media: MediumStack::default(),
     };
     if scene.has_media {
+        scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
     scene.describe(desc);
+    Ok(scene)
+}
+
+/// An empty scene that lends this mesh to scenes compiled after it, as if it had been read from `file`: how models come in
+/// that are in no file.
+pub fn lender(file: &Path, crease: f64, model: Model) -> Result<Scene, CompileError> {
+    let mut scene = compile(&SceneDesc::default(), None)?;
+    let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
+    scene.assets.meshes.insert((file.to_path_buf(), crease.to_bits()), mesh);
     Ok(scene)
 }
 
@@ -174,11 +185,11 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<
     }
     let described = desc.materials.iter().enumerate().map(|(index, m)| {
         let label = format!("material \"{}\"", m.name);
-        (m, Part { entry: Entry::Material(index), label })
+        (m, Part { entry: Target::Material(index), label })
     });
     let of_meshes = assets.meshes.iter().flat_map(|((file, _), mesh)| {
         let uses = |o: &ObjectDesc| matches!(&o.shape, ShapeDesc::Mesh { file: used, .. } if used == file);
-        let entry = Entry::Object(desc.objects.iter().position(uses).unwrap_or_default());
+        let entry = Target::Object(desc.objects.iter().position(uses).unwrap_or_default());
         mesh.materials.iter().map(move |m| {
             let label = format!("material \"{}\" of {}", m.name, file.display());
             (m, Part { entry, label })
@@ -250,7 +261,7 @@ fn compile_texture(desc: &TextureDesc, assets: &Assets) -> Texture {
 impl Geometry {
     fn build(sources: &[ObjectDesc], loaded: &Loaded, isa: Isa) -> Result<Self, CompileError> {
         let mut objects = Vec::with_capacity(sources.len());
-        for (index, source) in sources.iter().enumerate() {
+        for (index, source) in sources.iter().enumerate().filter(|(_, source)| source.visible) {
             place(source, index, &loaded.assets, &mut objects)
                 .ok_or_else(|| CompileError::Singular { object: part(index, &source.name) })?;
         }
@@ -267,7 +278,7 @@ impl Geometry {
         }
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded })
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, clearances: OnceLock::new() })
     }
 }
 
@@ -314,14 +325,14 @@ fn threads() -> NonZeroUsize {
 }
 
 fn same_places(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
-    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale);
+    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale, o.visible);
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.shape == b.shape && place(a) == place(b))
 }
 
 /// The object with this index: `object "ball"` or `object 3`.
 fn part(index: usize, name: &str) -> Part {
     let label = if name.is_empty() { format!("object {}", index + 1) } else { format!("object \"{name}\"") };
-    Part { entry: Entry::Object(index), label }
+    Part { entry: Target::Object(index), label }
 }
 
 impl Scene {

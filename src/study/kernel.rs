@@ -399,7 +399,7 @@ mod tests {
 
     fn desc(shapes: Vec<ShapeDesc>) -> SceneDesc {
         let kind = LightKind::Directional { direction: DVec3::new(-1.0, -2.0, -1.5) };
-        let light = LightDesc { name: String::new(), kind, color: Rgb::WHITE, intensity: 1.0 };
+        let light = LightDesc { name: String::new(), kind, color: Rgb::WHITE, intensity: 1.0, visible: true };
         let objects = shapes.into_iter().map(ObjectDesc::new).collect();
         SceneDesc { lights: vec![light], objects, ..SceneDesc::default() }
     }

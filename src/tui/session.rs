@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::color::ColorMode;
+use super::errands::{Errand, Errands};
 use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
@@ -16,6 +17,7 @@ use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use std::any::Any;
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
@@ -38,6 +40,7 @@ struct Session {
     mailbox: Mailbox,
     guard: Guard,
     saver: Saver,
+    errands: Errands,
     /// When the next frame is due.
     frame_due: Option<Instant>,
     last_frame: Instant,
@@ -53,6 +56,11 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
+    }
+    app.set_keymap(options.keymap);
+    app.set_directory(options.directory);
+    if let Some(source) = options.source {
+        app.set_source(source);
     }
     let events = unbounded();
     let mailbox = Mailbox::default();
@@ -80,6 +88,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     })
     .map_err(Error::Broken)?;
     let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
+    let errands = Errands::start(&events.0).map_err(Error::Broken)?;
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
     let session = Session {
@@ -91,6 +100,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         mailbox,
         guard,
         saver,
+        errands,
         frame_due: Some(now),
         last_frame: now,
         fresh: true,
@@ -167,6 +177,13 @@ impl Session {
 
     fn perform(&mut self, effect: Effect) {
         match effect {
+            Effect::Threads(count) => {
+                self.settings.threads = NonZeroUsize::new(count).unwrap_or(self.settings.threads);
+            }
+            Effect::List(directory, endings) => self.errands.send(Errand::List(directory, endings)),
+            Effect::Look(file) => self.errands.send(Errand::Look(file)),
+            Effect::Measure(file) => self.errands.send(Errand::Measure(file)),
+            Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
             Effect::Pause(paused) => match &self.render {
                 Some(render) if paused => render.pause(),
@@ -258,7 +275,11 @@ impl Saver {
 
 /// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still. The error
 /// tells why the system refuses the thread.
-fn spawn(title: &'static str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> Result<(), String> {
+pub(super) fn spawn(
+    title: &'static str,
+    events: &Sender<Event>,
+    body: impl FnOnce() + Send + 'static,
+) -> Result<(), String> {
     let events = events.clone();
     let guarded = move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {
