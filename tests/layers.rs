@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Modules from low to high: each may use those of earlier rows, none of its own row. `lib.rs` tells the same.
 const LAYERS: &[&[&str]] = &[
-    &["math"],
+    &["math", "workers"],
     &["geometry", "description"],
     &["bvh", "assets"],
     &["scene"],
@@ -25,12 +25,14 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("crossterm", &["tui/"]),
     ("csv", &["study/"]),
     ("csscolorparser", &["description/"]),
+    ("directories", &["tui/keymap"]),
     ("image", &["assets/", "output/"]),
     ("indicatif", &["headless/"]),
     ("plotters", &["study/chart/"]),
     ("ratatui", &["study/chart/", "tui/"]),
     ("tobj", &["assets/obj"]),
-    ("toml", &["description/"]),
+    ("toml", &["description/", "tui/keymap"]),
+    ("toml_edit", &["description/save/"]),
 ];
 
 /// The only folder with unsafe code.

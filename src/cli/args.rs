@@ -1,7 +1,9 @@
 //! Flags, as clap reads them.
 
+use super::Failure;
 use super::compare::CompareArgs;
 use super::study::StudyCommand;
+use crate::bvh::Isa;
 use crate::description::{Filter, Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
@@ -33,6 +35,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// List the keys of the interface
+    Keys(KeysArgs),
     /// Say how far two pictures are apart
     Compare(CompareArgs),
     /// Measure speed, accuracy and growth, and draw them
@@ -44,6 +48,17 @@ pub enum Command {
 pub struct CheckArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub isa: IsaArg,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct KeysArgs {
+    /// As a table in Markdown
+    #[arg(long)]
+    pub markdown: bool,
     #[command(flatten)]
     pub color: ColorArg,
 }
@@ -85,6 +100,8 @@ pub struct RenderArgs {
     /// Arithmetic that finds the hits
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
+    #[command(flatten)]
+    pub isa: IsaArg,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
     #[arg(
         long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size,
@@ -99,6 +116,32 @@ pub struct RenderArgs {
     pub quiet: bool,
     #[command(flatten)]
     pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct IsaArg {
+    /// Instruction set to trace with: portable (or sse2), avx2 or avx512 [default: GLIMT_ISA, or the fastest here]
+    #[arg(long, value_name = "NAME", value_parser = str::parse::<Isa>)]
+    isa: Option<Isa>,
+}
+
+impl IsaArg {
+    /// What the flag says, or else [`usual_isa`].
+    pub fn chosen(&self) -> Result<Isa, Failure> {
+        self.isa.map_or_else(usual_isa, Ok)
+    }
+}
+
+/// What the variable `GLIMT_ISA` says, or else the fastest that there is.
+pub fn usual_isa() -> Result<Isa, Failure> {
+    const VARIABLE: &str = "GLIMT_ISA";
+    match std::env::var_os(VARIABLE) {
+        Some(name) if !name.is_empty() => {
+            let name = name.to_string_lossy();
+            name.parse().map_err(|error| Failure::Asked(format!("the variable {VARIABLE} is '{name}': {error}")))
+        }
+        _ => Ok(Isa::best()),
+    }
 }
 
 #[derive(Debug, Args)]
@@ -287,6 +330,7 @@ mod tests {
             ("--shading gouraud", "lambert, phong, whitted"),
             ("--shadows soft", "opaque, filtered"),
             ("--numerics exact", "classic, fast, robust, reference"),
+            ("--isa mmx", "no such instruction set; here there is portable"),
             ("--color sometimes", "auto, truecolor, 256, never"),
         ] {
             let message = parse(&format!("glimt {flags}")).unwrap_err();

@@ -1,13 +1,14 @@
 //! `glimt study`: measurements, their tables, files and charts.
 
-use super::args::{ColorArg, codes, error, named, size, threads, whole};
+use super::args::{ColorArg, IsaArg, codes, error, named, size, threads, usual_isa, whole};
 use super::open::Opened;
 use super::{Failure, print, say};
-use crate::description::printable;
-use crate::description::{FilmDesc, Numerics, Shading, limits};
+use crate::bvh::Isa;
+use crate::description::{FilmDesc, Numerics, Shading, limits, printable};
 use crate::headless::Signals;
+use crate::render::default_threads;
 use crate::study::chart::TerminalStyle;
-use crate::study::{self, Console, Report, StudyError, Sweep};
+use crate::study::{self, Console, KernelOptions, Report, StudyError, Sweep, SystemClock};
 use crate::tui::ColorChoice;
 use clap::{Args, Subcommand};
 use std::fs;
@@ -21,6 +22,8 @@ use std::sync::Arc;
 pub enum StudyCommand {
     /// How rendering time falls with the number of threads
     Threads(ThreadsArgs),
+    /// How fast rays are traced and trees are built, and how wrong each speed is
+    Kernel(KernelArgs),
     /// How time and memory grow with triangles, spheres, lights, pixels and depth
     Scale(ScaleArgs),
     /// What accuracy costs: error against time over settings
@@ -74,6 +77,8 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
     repeats: Option<u32>,
     #[command(flatten)]
+    isa: IsaArg,
+    #[command(flatten)]
     study: StudyArgs,
 }
 
@@ -84,6 +89,28 @@ pub struct ThreadsArgs {
     /// Numbers of threads, separated by commas
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = threads, default_value = "1,2,4,8,12,16")]
     threads: Vec<NonZeroUsize>,
+    /// How often each is measured [default: 5, with --quick 2]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    repeats: Option<u32>,
+    #[command(flatten)]
+    isa: IsaArg,
+    #[command(flatten)]
+    study: StudyArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct KernelArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Instruction sets, separated by commas: portable (or sse2), avx2, avx512 [default: GLIMT_ISA, or the fastest here]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = str::parse::<Isa>)]
+    isa: Vec<Isa>,
+    /// Rays of each kind, about [default: 131072, with --quick 16384]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1 << 26), allow_negative_numbers = true)]
+    rays: Option<u32>,
+    /// Threads that trees are built with, beside one [default: all processors]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    threads: Option<NonZeroUsize>,
     /// How often each is measured [default: 5, with --quick 2]
     #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
     repeats: Option<u32>,
@@ -123,9 +150,9 @@ const ACCURACY_WIDTH: u32 = 640;
 
 impl SceneArgs {
     /// `widest`: most pixels across, unless a size is asked for.
-    fn open(&self, widest: u32) -> Result<Opened, Failure> {
+    fn open(&self, widest: u32, isa: Isa) -> Result<Opened, Failure> {
         let film = self.size.map(|(width, height)| FilmDesc { width, height });
-        let mut opened = Opened::new(self.scene.as_deref(), film)?;
+        let mut opened = Opened::new(self.scene.as_deref(), film, isa)?;
         let shown = &mut opened.desc.film;
         if let Some(film) = film {
             *shown = film;
@@ -141,6 +168,7 @@ impl StudyCommand {
     fn common(&self) -> &StudyArgs {
         match self {
             Self::Threads(args) => &args.study,
+            Self::Kernel(args) => &args.study,
             Self::Scale(args) => &args.study,
             Self::Accuracy(args) => &args.study,
         }
@@ -149,6 +177,7 @@ impl StudyCommand {
     fn name(&self) -> &'static str {
         match self {
             Self::Threads(_) => "threads",
+            Self::Kernel(_) => "kernel",
             Self::Scale(_) => "scale",
             Self::Accuracy(_) => "accuracy",
         }
@@ -200,10 +229,28 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
 fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
     match command {
         StudyCommand::Threads(args) => {
-            let opened = args.scene.open(if args.study.quick { QUICK_WIDTH } else { limits::MAX_SIDE })?;
+            let widest = if args.study.quick { QUICK_WIDTH } else { limits::MAX_SIDE };
+            let opened = args.scene.open(widest, args.isa.chosen()?)?;
             let scene = Arc::new(opened.compile()?);
             let repeats = args.repeats.unwrap_or(if args.study.quick { 2 } else { 5 });
             let mut report = study::threads(&scene, &args.threads, repeats as usize, console)
+                .map_err(|error| refuse(error, Some(&opened)))?;
+            report.set("scene", opened.file.to_string_lossy().into_owned());
+            Ok(report)
+        }
+        StudyCommand::Kernel(args) => {
+            let isas = if args.isa.is_empty() { vec![usual_isa()?] } else { args.isa.clone() };
+            let (rays, repeats) = if args.study.quick { (1 << 14, 2) } else { (1 << 17, 5) };
+            let widest = if args.study.quick { QUICK_WIDTH } else { limits::MAX_SIDE };
+            let opened = args.scene.open(widest, isas[0])?;
+            let options = KernelOptions {
+                isas,
+                rays: args.rays.unwrap_or(rays) as usize,
+                rounds: args.repeats.unwrap_or(repeats) as usize,
+                threads: args.threads.unwrap_or_else(default_threads),
+                ..KernelOptions::default()
+            };
+            let mut report = study::kernel(&opened.desc, &options, &SystemClock::default(), console)
                 .map_err(|error| refuse(error, Some(&opened)))?;
             report.set("scene", opened.file.to_string_lossy().into_owned());
             Ok(report)
@@ -216,7 +263,8 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
         }
         StudyCommand::Accuracy(args) => {
             let quick = args.study.quick;
-            let opened = args.scene.open(if quick { QUICK_WIDTH } else { ACCURACY_WIDTH })?;
+            let isa = args.isa.chosen()?;
+            let opened = args.scene.open(if quick { QUICK_WIDTH } else { ACCURACY_WIDTH }, isa)?;
             let sweep = Sweep {
                 shadings: all_or(&args.shading, Shading::NAMES),
                 numerics: all_or(&args.numerics, Numerics::NAMES),

@@ -8,6 +8,7 @@ mod clock;
 mod console;
 mod flip;
 mod growth;
+mod kernel;
 mod machine;
 mod measure;
 mod memory;
@@ -20,10 +21,12 @@ mod trial;
 
 pub mod chart;
 pub mod metrics;
+pub mod stability;
 
 pub use accuracy::{Sweep, accuracy};
 pub use clock::{Clock, SystemClock};
 pub use console::{Console, StudyError};
+pub use kernel::{KernelOptions, kernel};
 pub use machine::Machine;
 pub use measure::{Plan, PowerLaw, Stats, Timed};
 pub use reference::default_cache;

@@ -2,19 +2,22 @@
 
 use super::app::App;
 use super::color::ColorMode;
+use super::errands::{Errand, Errands};
 use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
 use super::view::view;
 use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
+use crate::bvh::Isa;
 use crate::output::save_png;
 use crate::render::{Film, RenderHandle, Settings, start};
-use crate::scene::compile;
+use crate::scene::compile_for;
 use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use std::any::Any;
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
@@ -30,12 +33,14 @@ const BATCH: Duration = Duration::from_millis(8);
 
 struct Session {
     app: App,
+    isa: Isa,
     settings: Settings,
     render: Option<RenderHandle>,
     events: (Sender<Event>, Receiver<Event>),
     mailbox: Mailbox,
     guard: Guard,
     saver: Saver,
+    errands: Errands,
     /// When the next frame is due.
     frame_due: Option<Instant>,
     last_frame: Instant,
@@ -47,10 +52,15 @@ struct Session {
 pub fn run(options: Options) -> Result<Outcome, Error> {
     let mode = ColorMode::detect(options.color, |name| std::env::var(name).ok());
     let size = crossterm::terminal::size().map_err(Error::Terminal)?;
-    let (threads, output) = (options.threads, options.output);
+    let (threads, isa, output) = (options.threads, options.isa, options.output);
     let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
+    }
+    app.set_keymap(options.keymap);
+    app.set_directory(options.directory);
+    if let Some(source) = options.source {
+        app.set_source(source);
     }
     let events = unbounded();
     let mailbox = Mailbox::default();
@@ -78,16 +88,19 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     })
     .map_err(Error::Broken)?;
     let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
+    let errands = Errands::start(&events.0).map_err(Error::Broken)?;
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
     let session = Session {
         app,
+        isa,
         settings,
         render: None,
         events,
         mailbox,
         guard,
         saver,
+        errands,
         frame_due: Some(now),
         last_frame: now,
         fresh: true,
@@ -101,9 +114,10 @@ impl Session {
             if let Some((desc, previous)) = self.app.begin_compile() {
                 // Its workers make room at once; its picture stays.
                 self.render = None;
-                let events = self.events.0.clone();
+                let (isa, events) = (self.isa, self.events.0.clone());
                 let begun = spawn("compiler", &self.events.0, move || {
-                    let _ = events.send(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+                    let compiled = compile_for(&desc, previous.as_deref(), isa);
+                    let _ = events.send(Event::Compiled(compiled.map(Arc::new)));
                 });
                 if let Err(refused) = begun {
                     self.take(Event::Broken(refused));
@@ -163,6 +177,13 @@ impl Session {
 
     fn perform(&mut self, effect: Effect) {
         match effect {
+            Effect::Threads(count) => {
+                self.settings.threads = NonZeroUsize::new(count).unwrap_or(self.settings.threads);
+            }
+            Effect::List(directory, endings) => self.errands.send(Errand::List(directory, endings)),
+            Effect::Look(file) => self.errands.send(Errand::Look(file)),
+            Effect::Measure(file) => self.errands.send(Errand::Measure(file)),
+            Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
             Effect::Pause(paused) => match &self.render {
                 Some(render) if paused => render.pause(),
@@ -254,7 +275,11 @@ impl Saver {
 
 /// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still. The error
 /// tells why the system refuses the thread.
-fn spawn(title: &'static str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> Result<(), String> {
+pub(super) fn spawn(
+    title: &'static str,
+    events: &Sender<Event>,
+    body: impl FnOnce() + Send + 'static,
+) -> Result<(), String> {
     let events = events.clone();
     let guarded = move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {
