@@ -268,7 +268,7 @@ fn what_is_asked_wrongly_is_refused_before_any_work() {
     fs::write(place.0.join("file"), "").unwrap();
     for (line, hint) in [
         ("study", "threads"),
-        ("study speed", "threads"),
+        ("study speed", "unrecognized subcommand"),
         ("study threads none.toml", "none.toml"),
         ("study threads room.toml --threads 0", "from 1 to 1024"),
         ("study threads room.toml --out file", "file"),

@@ -209,11 +209,11 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
         Err(failure) => {
             // Goes only if it is empty.
             let _ = fs::remove_dir(&out);
-            return Err(match signals.caught() {
-                Some(number) => {
-                    Failure::Signal { number, message: format!("stopped; nothing was written to {}", out.display()) }
+            return Err(match failure {
+                Failure::Signal { number, message } => {
+                    Failure::Signal { number: signals.caught().unwrap_or(number), message }
                 }
-                None => failure,
+                other => other,
             });
         }
     };
@@ -299,6 +299,10 @@ fn refuse(error: StudyError, opened: Option<&Opened>) -> Failure {
     match (error, opened) {
         (StudyError::Compile(error), Some(opened)) => opened.locate(error),
         (error @ (StudyError::Asked(_) | StudyError::Compile(_)), _) => Failure::asked(error),
+        // Which signal, the caller knows.
+        (StudyError::Interrupted, _) => {
+            Failure::Signal { number: 0, message: "stopped; nothing was written".to_owned() }
+        }
         (error, _) => Failure::could_not(error),
     }
 }

@@ -152,7 +152,10 @@ pub fn accuracy(desc: &SceneDesc, sweep: &Sweep, cache: &Path, console: &Console
         let setting = Setting { sampling, ..own };
         probes.push(render(&scene_of(&setting)?, Settings::default(), console, |_, _| {})?.film);
     }
-    let reference = reference(desc, &base, &probes, most, sweep.reference_samples, cache, console)?;
+    // Nothing that is measured may be more exact than the reference.
+    let deepest = sweep.depths.iter().copied().fold(own.max_depth, u32::max);
+    let enough = (most, sweep.reference_samples);
+    let reference = reference(desc, &base, &probes, deepest, enough, cache, console)?;
     let plan = Plan { settings: settings.len(), rounds: sweep.repeats, warm_up: 0, seed: 3 };
     let (mut done, total) = (0, settings.len() * sweep.repeats);
     let mut errors: Vec<Option<(Difference, u64)>> = vec![None; settings.len()];

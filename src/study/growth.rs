@@ -2,7 +2,7 @@
 
 use super::StudyError;
 use crate::assets::Model;
-use crate::description::{SceneDesc, ShapeDesc, limits, parse};
+use crate::description::{LightKind, ObjectDesc, SceneDesc, ShapeDesc, limits, parse};
 use crate::math::SplitMix64;
 use crate::scene::{Scene, compile, lender};
 use glam::{DVec3, Vec3};
@@ -57,7 +57,9 @@ impl Growing {
         };
         Ok(match self {
             Self::Triangles => {
-                let desc = scene(&format!("{VIEW}[[object]]\nshape = \"mesh\"\nfile = \"{TERRAIN}\"\n"))?;
+                let mut desc = scene(VIEW)?;
+                let mesh = ShapeDesc::Mesh { file: TERRAIN.into(), crease: limits::DEFAULT_CREASE };
+                desc.objects.push(ObjectDesc::new(mesh));
                 Seed { desc, model: Some(terrain(size)) }
             }
             Self::Spheres => {
@@ -74,7 +76,7 @@ impl Growing {
                     .map(|_| {
                         let mut light = light.clone();
                         light.intensity = 1.0 / size as f64;
-                        if let crate::description::LightKind::Point { position, .. } = &mut light.kind {
+                        if let LightKind::Point { position, .. } = &mut light.kind {
                             *position = DVec3::new(random.range(-3.0, 3.0), 3.0, random.range(-1.0, 4.0));
                         }
                         light
@@ -186,11 +188,11 @@ fn terrain(triangles: u64) -> Model {
 }
 
 /// Spheres that fill a tenth of a flat box of side 4, whatever their number.
-fn cloud(spheres: u64) -> crate::description::ObjectDesc {
+fn cloud(spheres: u64) -> ObjectDesc {
     let mut random = SplitMix64(9);
     let radius = (0.1 * 16.0 * 0.6 / (spheres as f64 * 4.2)).cbrt();
     let mut sphere = || [random.range(-2.0, 2.0), random.range(-0.3, 0.3), random.range(-2.0, 2.0), radius];
-    crate::description::ObjectDesc::new(ShapeDesc::Spheres { data: (0..spheres).map(|_| sphere()).collect() })
+    ObjectDesc::new(ShapeDesc::Spheres { data: (0..spheres).map(|_| sphere()).collect() })
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::metrics::rmse;
 use super::{Console, StudyError, render};
-use crate::description::{Numerics, RenderDesc, SceneDesc, ShapeDesc, TextureSource, builtin, limits};
+use crate::description::{Numerics, RenderDesc, SceneDesc, ShapeDesc, TextureSource, builtin};
 use crate::output::write_whole;
 use crate::render::{Film, Pass, RenderEvent, Settings};
 use crate::scene::{Scene, compile};
@@ -30,7 +30,7 @@ pub(super) struct Reference {
 /// Part of the smallest error measured against it that a reference's own error may be.
 const PART: f64 = 0.1;
 
-/// The scene in `reference` numerics, with ray trees twice as deep and so many samples that its own error is a tenth of
+/// The scene in `reference` numerics, with ray trees of this depth and so many samples that its own error is a tenth of
 /// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or `most` samples.
 ///
 /// Its error is taken to be its distance from the same with half of the samples: of independent samples that is what is
@@ -39,12 +39,11 @@ pub(super) fn reference(
     desc: &SceneDesc,
     base: &Scene,
     probes: &[Film],
-    samples: u32,
-    most: u32,
+    max_depth: u32,
+    (samples, most): (u32, u32),
     cache: &Path,
     console: &Console,
 ) -> Result<Reference, StudyError> {
-    let max_depth = (2 * desc.render.max_depth).max(16).min(limits::MAX_DEPTH);
     let file = cache.join(format!("reference-{:016x}.bin", key(desc, max_depth)?));
     let apart =
         |found: &Reference| probes.iter().filter_map(|probe| rmse(probe, &found.film)).fold(f64::INFINITY, f64::min);
