@@ -7,7 +7,6 @@ use crate::math::{Rgb, sample_in_pixel};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Sampler};
 use glam::DVec2;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// A rectangle of pixels of the film.
@@ -130,9 +129,10 @@ impl Tile {
     ) -> Option<()> {
         batch.samples.resize(batch.points.len(), Sample::default());
         stats.rays += loop {
+            let began = control.changes();
             let mut rays = RayCounts::default();
             sampler(scene, &batch.points, &mut batch.samples, &mut rays, control.stop());
-            if !control.stop().load(Ordering::Relaxed) {
+            if control.undisturbed(began) {
                 break rays;
             }
             // The samples may not be whole: once awake they are traced again.
