@@ -18,7 +18,7 @@
 //! the table and fails when a file breaks it.
 //!
 //! ```text
-//! math < geometry, description < bvh, assets < scene < shading < render < output < headless, study, tui < cli < main
+//! math, workers < geometry, description < bvh, assets < scene < shading < render < output < headless, study, tui < cli < main
 //! ```
 //!
 //! # Glossary
@@ -52,3 +52,4 @@ pub mod scene;
 pub mod shading;
 pub mod study;
 pub mod tui;
+pub mod workers;

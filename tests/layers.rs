@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// Modules from low to high: each may use those of earlier rows, none of its own row. `lib.rs` tells the same.
 const LAYERS: &[&[&str]] = &[
-    &["math"],
+    &["math", "workers"],
     &["geometry", "description"],
     &["bvh", "assets"],
     &["scene"],
@@ -31,6 +31,7 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("ratatui", &["study/chart/", "tui/"]),
     ("tobj", &["assets/obj"]),
     ("toml", &["description/"]),
+    ("toml_edit", &["description/save/"]),
 ];
 
 /// The only folder with unsafe code.

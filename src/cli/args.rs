@@ -1,14 +1,17 @@
 //! Flags, as clap reads them.
 
+use super::Failure;
 use super::compare::CompareArgs;
 use super::study::StudyCommand;
-use crate::description::{Numerics, SceneDesc, Shading, Shadows, limits};
+use crate::bvh::Isa;
+use crate::description::{Filter, Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// `glimt [SCENE]`, `glimt render`, `glimt check`.
 #[derive(Debug, Parser)]
@@ -44,6 +47,8 @@ pub struct CheckArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub isa: IsaArg,
+    #[command(flatten)]
     pub color: ColorArg,
 }
 
@@ -60,9 +65,18 @@ pub struct RenderArgs {
     /// Worker threads [default: all processors]
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<NonZeroUsize>,
-    /// Samples a pixel
+    /// Samples a pixel; with --error or --time the most that a pixel gets
     #[arg(long, value_name = "N", value_parser = whole(1, limits::MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: Option<u32>,
+    /// Refine where the picture is wrong until its error is down to this: root mean square in 8-bit codes
+    #[arg(long, value_name = "CODES", value_parser = error, allow_negative_numbers = true)]
+    pub error: Option<f64>,
+    /// Render the best picture that can be had in this many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub time: Option<Duration>,
+    /// How samples make a pixel
+    #[arg(long, value_name = "FILTER", value_parser = named(Filter::NAMES))]
+    pub filter: Option<Filter>,
     /// Reflections and refractions along a path
     #[arg(long, value_name = "N", value_parser = whole(0, limits::MAX_DEPTH), allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
@@ -75,6 +89,8 @@ pub struct RenderArgs {
     /// Arithmetic that finds the hits
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
+    #[command(flatten)]
+    pub isa: IsaArg,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
     #[arg(
         long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size,
@@ -92,6 +108,32 @@ pub struct RenderArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct IsaArg {
+    /// Instruction set to trace with: portable (or sse2), avx2 or avx512 [default: GLIMT_ISA, or the fastest here]
+    #[arg(long, value_name = "NAME", value_parser = str::parse::<Isa>)]
+    isa: Option<Isa>,
+}
+
+impl IsaArg {
+    /// What the flag says, or else [`usual_isa`].
+    pub fn chosen(&self) -> Result<Isa, Failure> {
+        self.isa.map_or_else(usual_isa, Ok)
+    }
+}
+
+/// What the variable `GLIMT_ISA` says, or else the fastest that there is.
+pub fn usual_isa() -> Result<Isa, Failure> {
+    const VARIABLE: &str = "GLIMT_ISA";
+    match std::env::var_os(VARIABLE) {
+        Some(name) if !name.is_empty() => {
+            let name = name.to_string_lossy();
+            name.parse().map_err(|error| Failure::Asked(format!("the variable {VARIABLE} is '{name}': {error}")))
+        }
+        _ => Ok(Isa::best()),
+    }
+}
+
+#[derive(Debug, Args)]
 pub struct ColorArg {
     /// Colours of the terminal
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = color())]
@@ -105,7 +147,14 @@ impl RenderArgs {
             (desc.film.width, desc.film.height) = (width, height);
         }
         let render = &mut desc.render;
-        render.samples = self.samples.unwrap_or(render.samples);
+        if self.samples.is_some() || self.error.is_some() || self.time.is_some() {
+            // Where rendering ends is asked for here: the scene's own end does not count.
+            let endless = self.time.map(|_| 0.0);
+            render.error = self.error.or(endless);
+            let most = if self.error.is_some() { limits::ADAPTIVE_SAMPLES } else { limits::MAX_SAMPLES };
+            render.samples = self.samples.unwrap_or(most);
+        }
+        render.filter = self.filter.unwrap_or(render.filter);
         render.max_depth = self.max_depth.unwrap_or(render.max_depth);
         render.shading = self.shading.unwrap_or(render.shading);
         render.shadows = self.shadows.unwrap_or(render.shadows);
@@ -136,6 +185,20 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
 fn is_whole(text: &str) -> bool {
     let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
+}
+
+fn error(text: &str) -> Result<f64, String> {
+    let (low, high) = (limits::ERROR.start(), limits::ERROR.end());
+    let found = text.parse().ok().filter(|number| limits::ERROR.contains(number));
+    found.ok_or_else(|| format!("must be from {low} to {high}"))
+}
+
+/// The longest time that can be asked for: a week.
+const MAX_SECONDS: f64 = 604_800.0;
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let found = text.parse().ok().filter(|seconds| (0.001..=MAX_SECONDS).contains(seconds));
+    found.map(Duration::from_secs_f64).ok_or_else(|| format!("must be from 0.001 to {MAX_SECONDS}"))
 }
 
 pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
@@ -201,6 +264,22 @@ mod tests {
     }
 
     #[test]
+    fn what_ends_a_render_is_what_the_flags_say_where_they_say_anything() {
+        let ends = |flags: &str| {
+            let mut desc = SceneDesc::default();
+            (desc.render.samples, desc.render.error) = (9, Some(2.0));
+            parse(&format!("glimt{flags}")).unwrap().show.override_scene(&mut desc);
+            (desc.render.samples, desc.render.error)
+        };
+        assert_eq!(ends(""), (9, Some(2.0)));
+        assert_eq!(ends(" --samples 5"), (5, None));
+        assert_eq!(ends(" --error 0.5"), (limits::ADAPTIVE_SAMPLES, Some(0.5)));
+        assert_eq!(ends(" --samples 64 --error 0.5"), (64, Some(0.5)));
+        assert_eq!(ends(" --time 3"), (limits::MAX_SAMPLES, Some(0.0)));
+        assert_eq!(ends(" --time 3 --samples 8"), (8, Some(0.0)));
+    }
+
+    #[test]
     fn no_flags_change_nothing() {
         let mut desc = SceneDesc::default();
         parse("glimt render a.toml").unwrap();
@@ -224,11 +303,18 @@ mod tests {
             ("--threads 0", "from 1 to 1024"),
             ("--threads 99999999999999999999", "from 1 to 1024"),
             ("--samples 0", "from 1 to 1048576"),
+            ("--error 0", "from 0.01 to 64"),
+            ("--error NaN", "from 0.01 to 64"),
+            ("--error -1", "from 0.01 to 64"),
+            ("--time 0", "from 0.001 to 604800"),
+            ("--time inf", "from 0.001 to 604800"),
+            ("--filter lanczos", "box, tent"),
             ("--max-depth 65", "from 0 to 64"),
             ("--tile-size 12", "multiple of 8"),
             ("--shading gouraud", "lambert, phong, whitted"),
             ("--shadows soft", "opaque, filtered"),
             ("--numerics exact", "classic, fast, robust, reference"),
+            ("--isa mmx", "no such instruction set; here there is portable"),
             ("--color sometimes", "auto, truecolor, 256, never"),
         ] {
             let message = parse(&format!("glimt {flags}")).unwrap_err();

@@ -90,6 +90,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         compiled: opened.compiled.take().map(Arc::new),
         output,
         threads: args.settings().threads,
+        isa: opened.isa,
         color: args.color.color,
     };
     let outcome = tui::run(options).map_err(|error| match error {
@@ -112,10 +113,11 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
     }
     let settings = args.settings();
-    let rendered = headless::render(Arc::clone(&scene), settings, args.quiet).map_err(|error| match error {
-        Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
-        other => Failure::could_not(other),
-    })?;
+    let rendered =
+        headless::render(Arc::clone(&scene), settings, args.time, args.quiet).map_err(|error| match error {
+            Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
+            other => Failure::could_not(other),
+        })?;
     let saving = Instant::now();
     save_png(&rendered.film, &output).map_err(Failure::could_not)?;
     let seconds = Seconds {
@@ -126,7 +128,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         save: saving.elapsed().as_secs_f64(),
         total: begun.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&scene, &rendered, settings, &opened.file, &output, seconds);
+    let report = Report::new(&scene, &rendered, settings, args.time, &opened.file, &output, seconds);
     if !args.quiet {
         if report.non_finite > 0 {
             let samples = if report.non_finite == 1 { "sample was" } else { "samples were" };
@@ -144,7 +146,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
 
 /// `glimt check`
 fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let opened = Opened::new(args.scene.as_deref(), None)?;
+    let opened = Opened::new(args.scene.as_deref(), None, args.isa.chosen()?)?;
     let scene = opened.compile()?;
     print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
     Ok(ExitCode::SUCCESS)
@@ -154,7 +156,7 @@ fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 /// picture that is too large are found before the work, not after it.
 fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
     let film = args.size.map(|(width, height)| FilmDesc { width, height });
-    let mut opened = Opened::new(args.scene.as_deref(), film)?;
+    let mut opened = Opened::new(args.scene.as_deref(), film, args.isa.chosen()?)?;
     args.override_scene(&mut opened.desc);
     let output = args.output.clone().unwrap_or_else(|| opened.default_output());
     if output.as_os_str() == "-" {

@@ -1,14 +1,16 @@
 //! `glimt study`: measurements, their tables, files and charts.
 
-use super::args::{ColorArg, size, threads, whole};
+use super::args::{ColorArg, IsaArg, size, threads, usual_isa, whole};
 use super::open::Opened;
 use super::stability::{self, StabilityArgs};
 use super::{Failure, print, say};
+use crate::bvh::Isa;
 use crate::description::FilmDesc;
 use crate::description::printable;
 use crate::headless::Signals;
+use crate::render::default_threads;
 use crate::study::chart::TerminalStyle;
-use crate::study::{self, Console, Report, StudyError};
+use crate::study::{self, Console, KernelOptions, Report, StudyError, SystemClock};
 use crate::tui::ColorChoice;
 use clap::{Args, Subcommand};
 use std::fs;
@@ -24,6 +26,8 @@ pub enum StudyCommand {
     Threads(ThreadsArgs),
     /// Where each arithmetic fails: exit code 1 if the default one misses a threshold
     Stability(StabilityArgs),
+    /// How fast rays are traced and trees are built, and how wrong each speed is
+    Kernel(KernelArgs),
 }
 
 #[derive(Debug, Args)]
@@ -33,6 +37,28 @@ pub struct ThreadsArgs {
     /// Numbers of threads, separated by commas
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = threads, default_value = "1,2,4,8,12,16")]
     threads: Vec<NonZeroUsize>,
+    /// How often each is measured [default: 5, with --quick 2]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    repeats: Option<u32>,
+    #[command(flatten)]
+    isa: IsaArg,
+    #[command(flatten)]
+    study: StudyArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct KernelArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Instruction sets, separated by commas: portable (or sse2), avx2, avx512 [default: GLIMT_ISA, or the fastest here]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = str::parse::<Isa>)]
+    isa: Vec<Isa>,
+    /// Rays of each kind, about [default: 131072, with --quick 16384]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1 << 26), allow_negative_numbers = true)]
+    rays: Option<u32>,
+    /// Threads that trees are built with, beside one [default: all processors]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    threads: Option<NonZeroUsize>,
     /// How often each is measured [default: 5, with --quick 2]
     #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
     repeats: Option<u32>,
@@ -70,9 +96,9 @@ pub struct StudyArgs {
 const QUICK_WIDTH: u32 = 320;
 
 impl SceneArgs {
-    fn open(&self, quick: bool) -> Result<Opened, Failure> {
+    fn open(&self, quick: bool, isa: Isa) -> Result<Opened, Failure> {
         let film = self.size.map(|(width, height)| FilmDesc { width, height });
-        let mut opened = Opened::new(self.scene.as_deref(), film)?;
+        let mut opened = Opened::new(self.scene.as_deref(), film, isa)?;
         let shown = &mut opened.desc.film;
         if let Some(film) = film {
             *shown = film;
@@ -89,6 +115,7 @@ impl StudyCommand {
         match self {
             Self::Threads(args) => &args.study,
             Self::Stability(args) => &args.study,
+            Self::Kernel(args) => &args.study,
         }
     }
 
@@ -96,6 +123,7 @@ impl StudyCommand {
         match self {
             Self::Threads(_) => "threads",
             Self::Stability(_) => "stability",
+            Self::Kernel(_) => "kernel",
         }
     }
 
@@ -149,7 +177,7 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
 fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
     match command {
         StudyCommand::Threads(args) => {
-            let opened = args.scene.open(args.study.quick)?;
+            let opened = args.scene.open(args.study.quick, args.isa.chosen()?)?;
             let scene = Arc::new(opened.compile()?);
             let repeats = args.repeats.unwrap_or(if args.study.quick { 2 } else { 5 });
             let mut report = study::threads(&scene, &args.threads, repeats as usize, console)
@@ -158,6 +186,22 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             Ok(report)
         }
         StudyCommand::Stability(_) => unreachable!("it has reports of its own"),
+        StudyCommand::Kernel(args) => {
+            let isas = if args.isa.is_empty() { vec![usual_isa()?] } else { args.isa.clone() };
+            let (rays, repeats) = if args.study.quick { (1 << 14, 2) } else { (1 << 17, 5) };
+            let opened = args.scene.open(args.study.quick, isas[0])?;
+            let options = KernelOptions {
+                isas,
+                rays: args.rays.unwrap_or(rays) as usize,
+                rounds: args.repeats.unwrap_or(repeats) as usize,
+                threads: args.threads.unwrap_or_else(default_threads),
+                ..KernelOptions::default()
+            };
+            let mut report = study::kernel(&opened.desc, &options, &SystemClock::default(), console)
+                .map_err(|error| refuse(error, Some(&opened)))?;
+            report.set("scene", opened.file.to_string_lossy().into_owned());
+            Ok(report)
+        }
     }
 }
 

@@ -2,9 +2,10 @@
 
 use super::meter::span;
 use super::{Rendered, memory};
+use crate::bvh::BvhStats;
 use crate::description::printable;
 use crate::render::Settings;
-use crate::scene::Scene;
+use crate::scene::{Imported, Scene};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -22,8 +23,18 @@ pub struct Report {
     pub output: String,
     /// Pixels across and down.
     pub size: [u32; 2],
-    /// Samples a pixel.
+    /// Samples a pixel; the most that one may get if there is an error to reach.
     pub samples: u32,
+    /// Samples that a pixel got, on average.
+    pub samples_per_pixel: f64,
+    /// How samples make a pixel.
+    pub filter: &'static str,
+    /// Where rendering was to end: root mean square of the sampling error in 8-bit codes; `null`: at `samples`. 0: never.
+    pub error_target: Option<f64>,
+    /// Seconds after which rendering was to end.
+    pub time_limit: Option<f64>,
+    /// Estimated root mean square of the sampling error, 8-bit codes; `null` where there are too few samples to tell.
+    pub error: Option<f64>,
     /// Lighting model.
     pub shading: &'static str,
     /// What glass does to shadow rays.
@@ -34,6 +45,8 @@ pub struct Report {
     pub max_depth: u32,
     /// Worker threads.
     pub threads: usize,
+    /// Instruction set.
+    pub isa: &'static str,
     /// Side of a tile, pixels.
     pub tile_size: u32,
     /// Wall time.
@@ -52,6 +65,8 @@ pub struct Report {
     pub pixel_hash: String,
     /// What the scene has.
     pub contents: Contents,
+    /// The tree over the objects.
+    pub tree: Tree,
     /// What importing each model found.
     pub imports: Vec<Import>,
     /// Things that are probably not meant, and what models name that is missing or ignored.
@@ -131,6 +146,44 @@ pub struct Import {
     pub dropped_degenerate: usize,
     /// What was computed, ignored or not found.
     pub notes: Vec<String>,
+    /// The tree over its triangles.
+    pub tree: Tree,
+}
+
+/// A tree of boxes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Tree {
+    /// Objects or triangles.
+    pub primitives: usize,
+    /// Inner nodes, of up to eight children.
+    pub nodes: usize,
+    /// Leaves.
+    pub leaves: usize,
+    /// Longest way from the root to a leaf, in nodes.
+    pub depth: usize,
+    /// How full the blocks of the leaves are, from 0 to 1.
+    pub fill: f64,
+    /// Expected tests of nodes and blocks that a random ray through the tree's box costs.
+    pub sah_cost: f32,
+    /// Nodes, and the blocks of triangles.
+    pub bytes: usize,
+    /// The same over the primitives.
+    pub bytes_per_primitive: f64,
+}
+
+impl Tree {
+    fn new(stats: &BvhStats) -> Self {
+        Self {
+            primitives: stats.primitives,
+            nodes: stats.nodes,
+            leaves: stats.leaves,
+            depth: stats.depth,
+            fill: stats.fill,
+            sah_cost: stats.sah_cost,
+            bytes: stats.bytes,
+            bytes_per_primitive: stats.bytes_per_primitive(),
+        }
+    }
 }
 
 impl Report {
@@ -139,16 +192,18 @@ impl Report {
         scene: &Scene,
         rendered: &Rendered,
         settings: Settings,
+        time_limit: Option<Duration>,
         file: &Path,
         output: &Path,
         seconds: Seconds,
     ) -> Self {
         let (summary, progress, rays) = (&scene.summary, &rendered.progress, rendered.progress.rays);
-        let imports = summary.imports.iter().map(|(file, report)| Import {
+        let imports = summary.imports.iter().map(|Imported { file, report, tree }| Import {
             file: file.to_string_lossy().into_owned(),
             triangles: report.triangles,
             dropped_degenerate: report.dropped_degenerate,
             notes: report.normals.iter().chain(&report.notes).cloned().collect(),
+            tree: Tree::new(tree),
         });
         let workers = progress.workers.iter().map(|worker| Worker {
             busy_seconds: worker.busy.as_secs_f64(),
@@ -161,11 +216,17 @@ impl Report {
             output: output.to_string_lossy().into_owned(),
             size: [scene.width, scene.height],
             samples: scene.render.samples,
+            samples_per_pixel: rays.camera as f64 / (f64::from(scene.width) * f64::from(scene.height)),
+            filter: scene.render.filter.name(),
+            error_target: scene.render.error,
+            time_limit: time_limit.map(|limit| limit.as_secs_f64()),
+            error: progress.error(),
             shading: scene.render.shading.name(),
             shadows: scene.render.shadows.name(),
             numerics: scene.render.numerics.name(),
             max_depth: scene.render.max_depth,
             threads: settings.threads.get(),
+            isa: scene.isa().name(),
             tile_size: settings.tile_size,
             seconds,
             rays: Rays {
@@ -189,6 +250,7 @@ impl Report {
                 materials: summary.materials,
                 textures: summary.textures,
             },
+            tree: Tree::new(&summary.tree),
             imports: imports.collect(),
             warnings: summary.warnings.clone(),
         }
@@ -198,12 +260,16 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.size;
-        let plural = if self.samples == 1 { "" } else { "s" };
+        let samples = match self.samples_per_pixel {
+            mean if self.error_target.is_some() || self.time_limit.is_some() => format!("{mean:.1} samples"),
+            _ if self.samples == 1 => "1 sample".to_owned(),
+            _ => format!("{} samples", self.samples),
+        };
+        let error = self.error.map_or(String::new(), |error| format!(", error {error:.2} of 255"));
         write!(
             f,
-            "saved {}: {width}x{height}, {} sample{plural} a pixel, in {}; {} rays, {} a second",
+            "saved {}: {width}x{height}, {samples} a pixel{error}, in {}; {} rays, {} a second",
             printable(&self.output),
-            self.samples,
             span(Duration::try_from_secs_f64(self.seconds.total).unwrap_or_default()),
             many(self.rays.total as f64),
             many(self.rays_per_second),

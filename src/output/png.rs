@@ -45,7 +45,7 @@ mod tests {
         let pixels =
             (0..width * height).map(|_| [(); 3].map(|()| random.range(-0.1, 1.2) as f32)).collect::<Vec<[f32; 3]>>();
         let mut film = Film::new(width, height);
-        film.write(&TileImage { rect: Rect { x: 0, y: 0, width, height }, pixels });
+        film.write(&TileImage { rect: Rect { x: 0, y: 0, width, height }, pixels, ..TileImage::default() });
         film
     }
 

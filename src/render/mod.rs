@@ -4,13 +4,18 @@
 //! the handle's own channel; a [`Film`] collects them into the picture, a [`Progress`] into numbers. The picture is a
 //! function of the scene alone: bit-identical for any thread count, tile size, pause and resume.
 
+mod census;
 mod control;
+mod convergence;
 mod event;
 mod film;
 mod forecast;
 mod job;
+mod map;
 mod pass;
+mod pixel;
 mod progress;
+mod round;
 mod tile;
 
 pub use crate::shading::RayCounts;

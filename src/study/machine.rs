@@ -35,7 +35,7 @@ impl Machine {
                 .filter(|part| !part.is_empty())
                 .collect::<Vec<_>>()
                 .join(" "),
-            isa: format!("{:?}", Isa::best()).to_lowercase(),
+            isa: Isa::best().name().to_owned(),
             load: read("/proc/loadavg").split(' ').next().and_then(|load| load.parse().ok()),
         }
     }

@@ -6,6 +6,7 @@
 mod clock;
 mod console;
 mod flip;
+mod kernel;
 mod machine;
 mod measure;
 mod report;
@@ -19,6 +20,7 @@ pub mod stability;
 
 pub use clock::{Clock, SystemClock};
 pub use console::{Console, StudyError};
+pub use kernel::{KernelOptions, kernel};
 pub use machine::Machine;
 pub use measure::{Plan, PowerLaw, Stats, Timed};
 pub use report::Report;

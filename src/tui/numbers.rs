@@ -14,14 +14,16 @@ pub struct Numbers {
     pub elapsed: Duration,
     /// Time left, if that can be told.
     pub eta: Option<Eta>,
+    /// Part of the work that is done.
+    pub part: f64,
     /// Whole percent done.
     pub percent: u32,
     /// Samples traced, and those of the whole render.
-    pub samples: (u64, u64),
+    pub samples: (u64, Option<u64>),
     /// The furthest pass.
     pub pass: Option<Pass>,
     /// Its number from 1, and how many there are.
-    pub pass_number: (usize, usize),
+    pub pass_number: (usize, Option<usize>),
     /// Time to the first whole picture.
     pub first_picture: Option<Duration>,
     /// Rays so far.
@@ -39,6 +41,7 @@ impl Numbers {
             at: now,
             elapsed: progress.elapsed(now),
             eta: progress.eta(now),
+            part: progress.part(),
             percent: progress.percent(),
             samples: (progress.samples_done, progress.samples_total),
             pass: progress.pass,

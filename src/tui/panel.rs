@@ -6,6 +6,7 @@ use super::format::{rough_time, samples, si, time, view};
 pub use super::layout::Panel;
 use super::layout::THREAD_WIDTH;
 use super::numbers::Numbers;
+use crate::bvh::Isa;
 use crate::render::{Pass, Rect as Tile};
 use glam::DVec3;
 use ratatui::buffer::Buffer;
@@ -53,7 +54,8 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
     };
     if let Some(numbers) = app.numbers() {
         lines.push(progress_bar(mode, numbers, width));
-        lines.push(row("samples", format!("{} of {}", si(numbers.samples.0 as f64), si(numbers.samples.1 as f64))));
+        let of = numbers.samples.1.map_or(String::new(), |total| format!(" of {}", si(total as f64)));
+        lines.push(row("samples", format!("{}{of}", si(numbers.samples.0 as f64))));
         lines.push(row(&format!("pass {}", pass_count(numbers)), pass_text(numbers.pass)));
         lines.push(row("elapsed", time(numbers.elapsed)));
         lines.push(row("left", left_text(app, numbers)));
@@ -82,7 +84,9 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         const CAMERA_LINES: usize = 5;
         let room = usize::from(area.height).saturating_sub(lines.len() + 2);
         let all_fit = numbers.workers.len() + CAMERA_LINES <= room;
-        threads(mode, numbers, width, if all_fit { room - CAMERA_LINES } else { room }, &mut lines);
+        let busy = format!("{}  {}", app.isa().map_or("", Isa::name), busy_text(numbers));
+        lines.push(heading(mode, "Threads", busy, width));
+        threads(mode, numbers, if all_fit { room - CAMERA_LINES } else { room }, &mut lines);
         if !all_fit {
             Paragraph::new(lines).render(area, buffer);
             return;
@@ -166,14 +170,15 @@ fn bar(mode: ColorMode, part: f64, width: usize) -> [Span<'static>; 2] {
 }
 
 fn progress_bar(mode: ColorMode, numbers: &Numbers, width: usize) -> Line<'static> {
-    let part = numbers.samples.0 as f64 / numbers.samples.1.max(1) as f64;
+    let part = numbers.part;
     let mut spans = bar(mode, part, width.saturating_sub(7)).to_vec();
     spans.push(Span::styled(format!("  {:>3} %", numbers.percent), mode.style(Role::Strong)));
     Line::from(spans)
 }
 
 fn pass_count(numbers: &Numbers) -> String {
-    format!("{:>2} / {}", numbers.pass_number.0, numbers.pass_number.1)
+    let of = numbers.pass_number.1.map_or(String::new(), |total| format!(" / {total}"));
+    format!("{:>2}{of}", numbers.pass_number.0)
 }
 
 fn pass_text(pass: Option<Pass>) -> String {
@@ -181,6 +186,7 @@ fn pass_text(pass: Option<Pass>) -> String {
         None => String::new(),
         Some(Pass::Lattice { step: 1 }) => "every pixel".into(),
         Some(Pass::Lattice { step }) => format!("every {step}th pixel"),
+        Some(Pass::Adapt { .. }) => "where it is wrong".into(),
         Some(Pass::Refine { from, to }) if from + 1 == to => format!("sample {to}"),
         Some(Pass::Refine { from, to }) => format!("samples {}–{to}", from + 1),
     }
@@ -212,8 +218,7 @@ fn vector_text(v: DVec3) -> String {
 }
 
 /// A heading, and a line for each thread, in at most `room` lines under the heading's two.
-fn threads(mode: ColorMode, numbers: &Numbers, width: usize, room: usize, lines: &mut Vec<Line<'static>>) {
-    lines.push(heading(mode, "Threads", busy_text(numbers), width));
+fn threads(mode: ColorMode, numbers: &Numbers, room: usize, lines: &mut Vec<Line<'static>>) {
     lines.push(Line::styled("  #     busy idle  tiles rays/s   tile at", mode.style(Role::Dim)));
     let count = numbers.workers.len();
     let listed = if count <= room { count } else { room.saturating_sub(1) };

@@ -294,7 +294,7 @@ mod tests {
 
     fn noise(width: u32, height: u32, random: &mut SplitMix64) -> TileImage {
         let pixels = (0..width * height).map(|_| [(); 3].map(|()| (random.next_u64() % 1200) as f32 / 1000.0));
-        TileImage { rect: Tile { x: 0, y: 0, width, height }, pixels: pixels.collect() }
+        TileImage { rect: Tile { x: 0, y: 0, width, height }, pixels: pixels.collect(), ..TileImage::default() }
     }
 
     /// The filter again, as slowly and plainly as can be: the overlap of every film pixel with the box.

@@ -180,7 +180,12 @@ fn repeated(effort: &Effort) -> Sweep {
     let mut rng = SplitMix64(21);
     let mut film = Film::new(7, 5);
     let pixels = (0..35).map(|_| [0; 3].map(|_| rng.unit() as f32)).collect();
-    film.write(&TileImage { rect: Rect { x: 0, y: 0, width: 7, height: 5 }, pixels });
+    film.write(&TileImage {
+        rect: Rect { x: 0, y: 0, width: 7, height: 5 },
+        pixels,
+        samples: vec![1; 35],
+        errors: Vec::new(),
+    });
     let file = std::env::temp_dir().join(format!("glimt-stability-{}.png", std::process::id()));
     save_png(&film, &file).unwrap_or_else(|error| panic!("cannot write {}: {error}", file.display()));
     let rows = (0..=6).map(|exponent| {

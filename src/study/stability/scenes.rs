@@ -4,7 +4,7 @@ use super::trials::Effort;
 use crate::description::*;
 use crate::math::Rgb;
 use crate::scene::{self, Scene};
-use crate::shading::{RayCounts, Sample, sampler};
+use crate::shading::{RayCounts, Sample, Scratch, sampler};
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -139,7 +139,8 @@ pub fn picture(effort: &Effort, scene: &Scene) -> Vec<Sample> {
                     let points: Vec<_> =
                         (0..width).map(|x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)).collect();
                     let mut rays = RayCounts::default();
-                    sampler(&scene.render)(scene, &points, row, &mut rays, &AtomicBool::new(false));
+                    let stop = AtomicBool::new(false);
+                    sampler(scene)(scene, &points, row, &mut rays, &mut Scratch::default(), &stop);
                 }
             });
         }

@@ -1,0 +1,80 @@
+//! One round of refinement: which pixels get more samples, and how wrong each is after it.
+
+use super::census::{Census, Plan};
+use super::map::{Fit, Look, Map};
+use super::pixel::{JUDGED, Pixel};
+use crate::math::lowbias32;
+
+/// What all workers know in a round. It depends on the rounds before it alone, so that every order of tiles gives the
+/// same picture.
+#[derive(Debug)]
+pub(super) struct Round<'a> {
+    /// From 1.
+    pub number: u32,
+    /// What pixels looked like after the rounds before.
+    pub map: &'a Map,
+    /// None in round 1, in which pixels are looked into by chance.
+    pub plan: Option<&'a Plan>,
+    /// The most samples a pixel may get.
+    pub limit: u32,
+}
+
+/// In round 1 one pixel of a square of this side is looked into.
+const LOT: u32 = 4;
+
+/// Whether the lot falls on a pixel in its square.
+fn is_drawn(x: u32, y: u32) -> bool {
+    let lot = lowbias32(lowbias32(x / LOT) ^ (y / LOT).wrapping_add(0x51ed_270b));
+    lot % (LOT * LOT) == y % LOT * LOT + x % LOT
+}
+
+/// How much of the contrast to its neighbours a pixel hides whose n samples say nothing of it: an edge that passes it
+/// at a place of even chance leaves the samples alone and is still there with an expected square of 1 / (12 n^3).
+const HIDDEN: f64 = 1.0 / 12.0;
+
+/// The contrast, in codes, that two ray trees are taken to have at least.
+const LEAST_CONTRAST: f64 = 4.0;
+
+impl Round<'_> {
+    fn fit(&self, x: u32, y: u32) -> Fit {
+        self.map.fit(self.number - 1, x, y)
+    }
+
+    /// Samples that a pixel is to have after this round.
+    pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
+        let traced = pixel.traced();
+        let wanted = match self.plan {
+            None if is_drawn(x, y) => JUDGED,
+            None => traced,
+            Some(plan) if traced < JUDGED => plan.refine_single(self.fit(x, y)),
+            Some(plan) => plan.refine(self.variance(pixel, x, y), traced),
+        };
+        wanted.min(self.limit)
+    }
+
+    /// Expected squared error of a pixel with enough samples: by these, and by what its neighbours say that they missed.
+    fn variance(&self, pixel: &Pixel, x: u32, y: u32) -> f64 {
+        let fit = self.fit(x, y);
+        let least = if fit.same { 0.0 } else { LEAST_CONTRAST * LEAST_CONTRAST };
+        pixel.variance() + HIDDEN * fit.contrast2.max(least) / f64::from(pixel.traced()).powi(3)
+    }
+
+    /// Puts a pixel into the census after its part of the round; its expected squared error.
+    pub fn judge(&self, pixel: &Pixel, x: u32, y: u32, census: &mut Census) -> f64 {
+        let traced = pixel.traced();
+        if traced < JUDGED {
+            let fit = self.fit(x, y);
+            census.unchecked(fit);
+            return self.plan.map_or(0.0, |plan| plan.single(fit));
+        }
+        let error = self.variance(pixel, x, y);
+        census.pixel(error, traced, self.limit - traced);
+        error
+    }
+
+    /// Tells the census how wrong the first sample of a pixel was, which was alone before this round.
+    pub fn check(&self, pixel: &Pixel, x: u32, y: u32, census: &mut Census) {
+        let before = self.map.look(self.number - 1, x, y);
+        census.checked(self.fit(x, y), before.distance2(Look::of(pixel)));
+    }
+}
