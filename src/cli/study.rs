@@ -2,6 +2,7 @@
 
 use super::args::{ColorArg, IsaArg, codes, error, named, size, threads, usual_isa, whole};
 use super::open::Opened;
+use super::stability::{self, StabilityArgs};
 use super::{Failure, print, say};
 use crate::bvh::Isa;
 use crate::description::{FilmDesc, Numerics, Shading, limits, printable};
@@ -22,6 +23,8 @@ use std::sync::Arc;
 pub enum StudyCommand {
     /// How rendering time falls with the number of threads
     Threads(ThreadsArgs),
+    /// Where each arithmetic fails: exit code 1 if the default one misses a threshold
+    Stability(StabilityArgs),
     /// How fast rays are traced and trees are built, and how wrong each speed is
     Kernel(KernelArgs),
     /// How time and memory grow with triangles, spheres, lights, pixels and depth
@@ -168,6 +171,7 @@ impl StudyCommand {
     fn common(&self) -> &StudyArgs {
         match self {
             Self::Threads(args) => &args.study,
+            Self::Stability(args) => &args.study,
             Self::Kernel(args) => &args.study,
             Self::Scale(args) => &args.study,
             Self::Accuracy(args) => &args.study,
@@ -177,6 +181,7 @@ impl StudyCommand {
     fn name(&self) -> &'static str {
         match self {
             Self::Threads(_) => "threads",
+            Self::Stability(_) => "stability",
             Self::Kernel(_) => "kernel",
             Self::Scale(_) => "scale",
             Self::Accuracy(_) => "accuracy",
@@ -199,6 +204,10 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
     // A path that cannot be written to is found before the work, not after it.
     fs::create_dir_all(&out)
         .map_err(|error| Failure::Asked(format!("cannot make the directory {}: {error}", out.display())))?;
+    if let StudyCommand::Stability(args) = command {
+        // Many reports, each written when it is there.
+        return stability::run(args, &out, &console, &signals);
+    }
     let studied = study(command, &console).and_then(|report| {
         let files = report.write(&out).map_err(|error| refuse(error, None))?;
         Ok((report, files))
@@ -238,6 +247,7 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             report.set("scene", opened.file.to_string_lossy().into_owned());
             Ok(report)
         }
+        StudyCommand::Stability(_) => unreachable!("it has reports of its own"),
         StudyCommand::Kernel(args) => {
             let isas = if args.isa.is_empty() { vec![usual_isa()?] } else { args.isa.clone() };
             let (rays, repeats) = if args.study.quick { (1 << 14, 2) } else { (1 << 17, 5) };
@@ -295,7 +305,7 @@ fn given_or<T: Copy>(given: &[T], otherwise: &[T]) -> Vec<T> {
 }
 
 /// Whose fault it is.
-fn refuse(error: StudyError, opened: Option<&Opened>) -> Failure {
+pub(super) fn refuse(error: StudyError, opened: Option<&Opened>) -> Failure {
     match (error, opened) {
         (StudyError::Compile(error), Some(opened)) => opened.locate(error),
         (error @ (StudyError::Asked(_) | StudyError::Compile(_)), _) => Failure::asked(error),
@@ -308,7 +318,7 @@ fn refuse(error: StudyError, opened: Option<&Opened>) -> Failure {
 }
 
 /// Tables and notes, and where stdout is a terminal the charts.
-fn shown(report: &Report, args: &StudyArgs) -> String {
+pub(super) fn shown(report: &Report, args: &StudyArgs) -> String {
     let mut text = report.text();
     if let Some((width, height)) = terminal_size() {
         let unset = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
