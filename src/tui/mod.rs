@@ -28,6 +28,7 @@ pub mod preview;
 mod session;
 mod terminal;
 pub mod view;
+pub mod watch;
 pub mod writer;
 
 use crate::bvh::Isa;
