@@ -183,7 +183,9 @@ fn a_picked_pixel_names_the_object_and_the_material_that_its_ray_meets() {
             assert_eq!(pick.map(|p| p.object), expected.map(|e| e.0), "({x}, {y})");
             let (Some(pick), Some((object, z))) = (pick, expected) else { continue };
             assert_eq!(pick.material, [None, Some(0), Some(1), Some(2)][object % 4]);
-            assert!((pick.point.z - z).abs() < 1e-3, "{} is not {z}", pick.point.z);
+            // In f32, a sphere of radius 0.6 that is 20 away is met to within a few hundredths at its rim.
+            let slack = if matches!(numerics, Numerics::Classic | Numerics::Fast) { 0.05 } else { 1e-6 };
+            assert!((pick.point.z - z).abs() < slack, "{} is not {z}", pick.point.z);
             met += 1;
         }
         assert!(met > 50, "{met}");
