@@ -42,6 +42,7 @@ pub mod transform;
 pub mod tree;
 pub mod view;
 mod widget;
+pub mod watch;
 pub mod writer;
 
 pub use editor::FileText;
