@@ -155,6 +155,11 @@ impl Editor {
         crate::description::builtin(file).is_none().then_some(file)
     }
 
+    /// Whether this is what the scene's file was read or written with last.
+    pub fn has_text(&self, text: &str) -> bool {
+        self.source.as_ref().is_some_and(|source| source.text == text)
+    }
+
     /// The text of a file that says what is there now.
     pub fn text_for(&self, file: &Path) -> Result<String, String> {
         let Some(source) = &self.source else {
@@ -182,16 +187,26 @@ impl Editor {
         self.source = Some(written);
     }
 
-    /// The file says something else: that is what is there now, but for the camera, which stays if it was moved.
+    /// The file says something else: that is what is there now, as a step that can be undone. What flags of the command
+    /// line said stays, the camera stays where it was moved, and the selection stays by name.
     pub fn reload(&mut self, text: String, desc: SceneDesc) {
         let Some(source) = &mut self.source else { return };
-        let moved = self.history.now().camera != source.desc.camera;
+        let before = self.history.now().clone();
         let mut shown = desc.clone();
-        if moved {
-            shown.camera = self.history.now().camera;
+        if before.film == self.original.film && self.original.film != source.desc.film {
+            shown.film = before.film;
         }
+        if before.render == self.original.render && self.original.render != source.desc.render {
+            shown.render = before.render;
+        }
+        let moved = before.camera != source.desc.camera;
         (source.text, source.desc) = (text, Arc::new(desc));
-        self.history.reload(shown, "reload");
-        self.tree.keep_existing(self.history.now());
+        self.history.reload(shown.clone(), "reload");
+        if moved {
+            shown.camera = before.camera;
+            self.history.record(shown, "keep the camera", None);
+        }
+        let now = self.history.now().clone();
+        self.tree.follow(&before, &now);
     }
 }

@@ -183,6 +183,7 @@ impl Session {
             Effect::List(directory, endings) => self.errands.send(Errand::List(directory, endings)),
             Effect::Look(file) => self.errands.send(Errand::Look(file)),
             Effect::Measure(file) => self.errands.send(Errand::Measure(file)),
+            Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
             Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
             Effect::Pause(paused) => match &self.render {

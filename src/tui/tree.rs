@@ -123,6 +123,19 @@ impl Tree {
         }
     }
 
+    /// The scene is another one: what was selected is what has its name now, or else its place.
+    pub fn follow(&mut self, before: &SceneDesc, now: &SceneDesc) {
+        let follow = |target: Target| {
+            let name = target.label(before);
+            let alike = |other: &Target| std::mem::discriminant(other) == std::mem::discriminant(&target);
+            let found = entries(now).map(|(_, other)| other).find(|other| alike(other) && other.label(now) == name);
+            found.unwrap_or(target)
+        };
+        self.cursor = follow(self.cursor);
+        self.marked = self.marked.iter().map(|target| follow(*target)).collect();
+        self.keep_existing(now);
+    }
+
     /// Moves the cursor by rows that are entries.
     pub fn step(&mut self, desc: &SceneDesc, by: isize) {
         let shown = self.shown(desc);
