@@ -290,7 +290,10 @@ fn a_scene_is_edited_by_keys_undone_saved_and_is_what_it_was_but_for_the_edits()
     assert!(saved.contains("material = \"red\"  # round\n"), "{saved}");
     let before = glimt::description::parse(&scene, &file).unwrap();
     let after = glimt::description::parse(&saved, &file).unwrap();
-    assert_eq!((after.film, after.camera, after.world, after.render), (before.film, before.camera, before.world, before.render));
+    assert_eq!(
+        (after.film, after.camera, after.world, after.render),
+        (before.film, before.camera, before.world, before.render)
+    );
     assert_eq!((&after.lights, &after.objects[..1]), (&before.lights, &before.objects[..]));
     assert_eq!((after.materials.len(), after.objects.len()), (before.materials.len() + 1, before.objects.len() + 1));
     assert_eq!(after.materials[1].color, glimt::description::parse_color("lime").unwrap());

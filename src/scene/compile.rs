@@ -9,11 +9,11 @@ use super::{
 use crate::assets::{AssetError, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
-    MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, printable,
+    MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, builtin, printable,
 };
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -107,15 +107,32 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
 /// # Panics
 /// If the processor does not have `isa`.
 pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Result<Scene, CompileError> {
+    compile_with(desc, previous, &[], isa)
+}
+
+/// [`compile_for`] the same instruction set after these files have `changed` on the disk: what was made of them is read again, and nothing else. If that
+/// fails, they still count as changed the next time.
+pub fn recompile(desc: &SceneDesc, previous: &Scene, changed: &[PathBuf]) -> Result<Scene, CompileError> {
+    compile_with(desc, Some(previous), changed, previous.isa())
+}
+
+fn compile_with(
+    desc: &SceneDesc,
+    previous: Option<&Scene>,
+    changed: &[PathBuf],
+    isa: Isa,
+) -> Result<Scene, CompileError> {
     let previous = previous.filter(|p| p.isa() == isa);
     let (width, height) = (desc.film.width, desc.film.height);
     let camera = Camera::new(&desc.camera, width, height).ok_or(CompileError::Camera)?;
     let start = Instant::now();
-    let assets = load_assets(desc, previous.map(|p| &p.assets), isa)?;
+    let assets = load_assets(desc, previous.map(|p| p.assets.without(changed)), isa)?;
     let load_time = start.elapsed().saturating_sub(assets.build_time);
     let start = Instant::now();
     let geometry = match previous {
-        Some(p) if same_places(&p.geometry.sources, &desc.objects) => p.geometry.clone(),
+        Some(p) if same_places(&p.geometry.sources, &desc.objects) && p.geometry.is_made_of(&assets.assets) => {
+            p.geometry.clone()
+        }
         _ => Arc::new(Geometry::build(&desc.objects, &assets, isa)?),
     };
     let build_time = start.elapsed() + assets.build_time;
@@ -152,7 +169,7 @@ struct Loaded {
 }
 
 /// Models one after the other, each by all threads, for they may be large; then all pictures at once.
-fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<Loaded, CompileError> {
+fn load_assets(desc: &SceneDesc, previous: Option<Assets>, isa: Isa) -> Result<Loaded, CompileError> {
     let mut assets = Assets::default();
     let mut build_time = Duration::ZERO;
     for (index, object) in desc.objects.iter().enumerate() {
@@ -161,7 +178,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<
         if assets.meshes.contains_key(&key) {
             continue;
         }
-        let mesh = match previous.and_then(|p| p.meshes.get(&key)) {
+        let mesh = match previous.as_ref().and_then(|p| p.meshes.get(&key)) {
             Some(mesh) => mesh.clone(),
             None => {
                 let model = load_obj(file, *crease, threads())
@@ -189,7 +206,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<
     let (mut seen, mut missing) = (HashSet::new(), Vec::new());
     for (material, user) in described.chain(of_meshes) {
         let Some(TextureDesc { source: TextureSource::Image { file, .. }, .. }) = &material.texture else { continue };
-        if let Some(image) = previous.and_then(|p| p.images.get(file)) {
+        if let Some(image) = previous.as_ref().and_then(|p| p.images.get(file)) {
             assets.images.insert(file.clone(), image.clone());
         } else if seen.insert(file) {
             missing.push((file, user));
@@ -249,7 +266,29 @@ fn compile_texture(desc: &TextureDesc, assets: &Assets) -> Texture {
     Texture { source, scale: desc.scale, offset: desc.offset }
 }
 
+impl Assets {
+    /// Those that none of these files is part of.
+    fn without(&self, files: &[PathBuf]) -> Self {
+        let mut kept = self.clone();
+        if !files.is_empty() {
+            kept.meshes.retain(|(file, _), mesh| {
+                !files.contains(file) && !mesh.libraries.iter().any(|library| files.contains(library))
+            });
+            kept.images.retain(|file, _| !files.contains(file));
+        }
+        kept
+    }
+}
+
 impl Geometry {
+    /// Whether its meshes are these.
+    fn is_made_of(&self, assets: &Assets) -> bool {
+        self.objects.iter().all(|object| match &object.shape {
+            Shape::Mesh(mesh) => assets.meshes.values().any(|known| Arc::ptr_eq(known, mesh)),
+            _ => true,
+        })
+    }
+
     fn build(sources: &[ObjectDesc], loaded: &Loaded, isa: Isa) -> Result<Self, CompileError> {
         let mut objects = Vec::with_capacity(sources.len());
         for (index, source) in sources.iter().enumerate().filter(|(_, source)| source.visible) {
@@ -327,6 +366,13 @@ fn part(index: usize, name: &str) -> Part {
 }
 
 impl Scene {
+    /// The models, material libraries and pictures that it was made of.
+    pub fn files(&self) -> BTreeSet<PathBuf> {
+        let Assets { meshes, images } = &self.assets;
+        let models = meshes.iter().flat_map(|((file, _), mesh)| mesh.libraries.iter().chain([file]));
+        models.chain(images.keys()).filter(|file| builtin(file).is_none()).cloned().collect()
+    }
+
     /// Fills in the summary.
     fn describe(&mut self, desc: &SceneDesc) {
         let geometry = &self.geometry;

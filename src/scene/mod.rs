@@ -15,7 +15,7 @@ mod texture;
 mod traverse;
 
 pub use camera::Camera;
-pub use compile::{CompileError, Part, compile, compile_for};
+pub use compile::{CompileError, Part, compile, compile_for, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
 pub use media::MediumStack;

@@ -2,7 +2,7 @@
 
 use super::properties::{Properties, Section, sections};
 use super::tree::Tree;
-use crate::description::{CameraDesc, History, Refused, SceneDesc, Source, Target, save};
+use crate::description::{CameraDesc, History, Refused, SceneDesc, Source, Target, builtin, files_named, save};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,6 +15,8 @@ pub struct Editor {
     original: Arc<SceneDesc>,
     /// The file that the scene was read from, and its text; `None` for a model.
     source: Option<FileText>,
+    /// What its text names, itself first.
+    named: Vec<PathBuf>,
     /// Selection.
     pub tree: Tree,
     /// Rows of the selection.
@@ -58,6 +60,7 @@ impl Editor {
             original: desc.clone(),
             history: History::new(desc),
             source: None,
+            named: Vec::new(),
             tree: Tree::default(),
             properties: Properties::default(),
             views: [None; 9],
@@ -69,6 +72,7 @@ impl Editor {
     /// The scene came from this file.
     pub fn set_source(&mut self, source: FileText) {
         self.source = Some(source);
+        self.name_files();
     }
 
     /// What is there now.
@@ -152,12 +156,24 @@ impl Editor {
     /// The scene's file, if it has one that can be written.
     pub fn file(&self) -> Option<&Path> {
         let file = self.source.as_ref().map(|source| source.file.as_path())?;
-        crate::description::builtin(file).is_none().then_some(file)
+        builtin(file).is_none().then_some(file)
     }
 
     /// Whether this is what the scene's file was read or written with last.
-    pub fn has_text(&self, text: &str) -> bool {
-        self.source.as_ref().is_some_and(|source| source.text == text)
+    pub fn is_from(&self, text: &str, desc: &SceneDesc) -> bool {
+        self.source.as_ref().is_some_and(|source| source.text == text && *source.desc == *desc)
+    }
+
+    /// The scene's file and all that it names.
+    pub fn files_named(&self) -> &[PathBuf] {
+        &self.named
+    }
+
+    fn name_files(&mut self) {
+        self.named = match (&self.source, self.file()) {
+            (Some(source), Some(file)) => files_named(&source.text, file),
+            _ => Vec::new(),
+        };
     }
 
     /// The text of a file that says what is there now.
@@ -185,6 +201,7 @@ impl Editor {
             self.history.mark_saved();
         }
         self.source = Some(written);
+        self.name_files();
     }
 
     /// The file says something else: that is what is there now, as a step that can be undone. What flags of the command
@@ -199,14 +216,10 @@ impl Editor {
         if before.render == self.original.render && self.original.render != source.desc.render {
             shown.render = before.render;
         }
-        let moved = before.camera != source.desc.camera;
         (source.text, source.desc) = (text, Arc::new(desc));
-        self.history.reload(shown.clone(), "reload");
-        if moved {
-            shown.camera = before.camera;
-            self.history.record(shown, "keep the camera", None);
-        }
+        self.history.reload(shown, "reload");
         let now = self.history.now().clone();
         self.tree.follow(&before, &now);
+        self.name_files();
     }
 }

@@ -41,6 +41,7 @@ mod terminal;
 pub mod transform;
 pub mod tree;
 pub mod view;
+pub mod watch;
 mod widget;
 pub mod writer;
 

@@ -449,6 +449,7 @@ impl App {
             Ok(()) => {
                 self.name = printable(&written.file.file_stem().unwrap_or_default().to_string_lossy()).into_owned();
                 self.editor.saved(written);
+                self.watch_due = true;
                 self.broken_file = None;
                 self.tell(Tone::Good, format!("saved {name}"));
                 if std::mem::take(&mut self.leave_when_written) {

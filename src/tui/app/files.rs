@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 impl App {
     /// Files that the scene is made of, to be watched, if they are others than those that were told last.
     pub fn begin_watch(&mut self) -> Option<Effect> {
+        if !std::mem::take(&mut self.watch_due) {
+            return None;
+        }
         let files = self.files();
         if files == self.watched {
             return None;
@@ -18,33 +21,42 @@ impl App {
         Some(Effect::Watch(files))
     }
 
-    fn files(&self) -> BTreeSet<PathBuf> {
+    /// Models, what belongs to them, and pictures.
+    fn assets(&self) -> BTreeSet<PathBuf> {
         let desc = self.editor.desc();
         let models = desc.objects.iter().filter_map(|object| match &object.shape {
-            ShapeDesc::Mesh { file, .. } => Some(file.as_path()),
+            ShapeDesc::Mesh { file, .. } => Some(file.clone()),
             _ => None,
         });
         let pictures = desc.materials.iter().filter_map(|material| match &material.texture.as_ref()?.source {
-            TextureSource::Image { file, .. } => Some(file.as_path()),
+            TextureSource::Image { file, .. } => Some(file.clone()),
             TextureSource::Checker { .. } => None,
         });
-        let all = models.chain(pictures).chain(self.editor.file());
-        all.filter(|file| builtin(file).is_none()).map(Path::to_owned).collect()
+        let compiled = self.scene.iter().flat_map(|scene| scene.files());
+        models.chain(pictures).chain(compiled).filter(|file| builtin(file).is_none()).collect()
     }
 
-    /// Files have changed: the scene's own is read again, and what it uses is compiled again.
-    pub(super) fn files_changed(&mut self, files: &[PathBuf]) -> Vec<Effect> {
-        let own = self.editor.file().map(Path::to_owned);
-        let mut effects = Vec::new();
-        for file in files {
-            if Some(file) == own.as_ref() {
-                effects.push(Effect::Reread(file.clone()));
-            } else if self.files().contains(file) {
-                self.tell(Tone::Plain, format!("{} has changed", printable(&file.to_string_lossy())));
-                self.restart();
-            }
+    fn files(&self) -> BTreeSet<PathBuf> {
+        let mut files = self.assets();
+        files.extend(self.editor.files_named().iter().cloned());
+        files
+    }
+
+    /// Files have changed: what the scene uses is compiled again, and its own file, with those that it is written in, is
+    /// read again.
+    pub(super) fn files_changed(&mut self, files: Vec<PathBuf>) -> Vec<Effect> {
+        let (own, assets) = (self.editor.file().map(Path::to_owned), self.assets());
+        let (used, written): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| assets.contains(file));
+        if let Some(file) = used.first() {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            self.tell(Tone::Plain, format!("{} has changed", printable(&name)));
+            self.changed.extend(used);
+            self.restart();
         }
-        effects
+        match own {
+            Some(own) if !written.is_empty() => vec![Effect::Reread(own)],
+            _ => Vec::new(),
+        }
     }
 
     /// The scene's file was read again.
@@ -54,7 +66,7 @@ impl App {
         }
         match result {
             // Nothing else stands there than what was read or written last.
-            Ok((text, _)) if self.editor.has_text(&text) => self.broken_file = None,
+            Ok((text, desc)) if self.editor.is_from(&text, &desc) => self.broken_file = None,
             Ok((text, desc)) => {
                 self.broken_file = None;
                 let lost = self.editor.history().is_unsaved();

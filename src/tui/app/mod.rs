@@ -114,8 +114,12 @@ pub struct App {
     message: Option<Message>,
     /// What is wrong with the scene's file on the disk.
     broken_file: Option<Vec<String>>,
+    /// Files that have changed since the scene was compiled.
+    changed: Vec<PathBuf>,
     /// Files whose changes are told.
     watched: BTreeSet<PathBuf>,
+    /// They may be others now.
+    watch_due: bool,
     /// The description is newer than what was last given to the compiler.
     edited: bool,
     compiling: bool,
@@ -176,7 +180,9 @@ impl App {
             activity: Activity::Compiling,
             message: None,
             broken_file: None,
+            changed: Vec::new(),
             watched: BTreeSet::new(),
+            watch_due: true,
             edited: true,
             compiling: false,
             save_wanted: false,
@@ -232,7 +238,7 @@ impl App {
             Event::Looked { file, picture } => self.looked(&file, picture),
             Event::Measured { file, bounds } => self.measured(file, bounds),
             Event::SceneWritten { written, result } => self.scene_written(written, result, now),
-            Event::FilesChanged(files) => return self.files_changed(&files),
+            Event::FilesChanged(files) => return self.files_changed(files),
             Event::Reread { file, result } => self.reread(&file, result),
             Event::Terminated(signal) => self.leave(Exit::Signal(signal), now),
             Event::StopAsked => {
