@@ -52,8 +52,8 @@ impl Tree {
         let mut rows = Vec::new();
         let mut heading = "";
         for (group, target) in entries(desc) {
-            let words = format!("{} {}", target.label(desc), kind_text(desc, target)).to_lowercase();
-            if !wanted.is_empty() && !words.contains(&wanted) {
+            let words = || format!("{} {}", target.label(desc), kind_text(desc, target)).to_lowercase();
+            if !wanted.is_empty() && !words().contains(&wanted) {
                 continue;
             }
             if group != heading {
