@@ -110,10 +110,10 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
     compile_with(desc, previous, &[], isa)
 }
 
-/// [`compile`] after these files have `changed` on the disk: what was made of them is read again, and nothing else. If that
+/// [`compile_for`] the same instruction set after these files have `changed` on the disk: what was made of them is read again, and nothing else. If that
 /// fails, they still count as changed the next time.
 pub fn recompile(desc: &SceneDesc, previous: &Scene, changed: &[PathBuf]) -> Result<Scene, CompileError> {
-    compile_with(desc, Some(previous), changed, Isa::best())
+    compile_with(desc, Some(previous), changed, previous.isa())
 }
 
 fn compile_with(

@@ -34,7 +34,8 @@ const fn act(title: &'static str, command: Command, keys: &'static [Key]) -> Act
 /// Every command. All keys are such as terminals have sent for decades, and none that tmux, screen or zellij take but
 /// Ctrl-P, which many know from elsewhere and beside which there is another.
 pub const BINDINGS: &[Binding] = &[
-    row("General", Scope::Screen, "quit", &[act("quit", Quit, &[key('q'), Key::ctrl('c')])]),
+    row("General", Scope::Screen, "quit", &[act("quit", Quit, &[key('q')])]),
+    row("General", Scope::Anywhere, "quit, out of dialogs too", &[act("quit from anywhere", Quit, &[Key::ctrl('c')])]),
     row("General", Scope::Screen, "all keys", &[act("help", ToggleHelp, &[key('?')])]),
     row("General", Scope::Screen, "find a command", &[act("find a command", OpenPalette, &[key(':'), Key::ctrl('p')])]),
     row(
@@ -53,8 +54,8 @@ pub const BINDINGS: &[Binding] = &[
         "show or hide the numbers",
         &[act("show or hide the numbers", ToggleNumbers, &[key('B')])],
     ),
-    row("General", Scope::Screen, "draw the screen again", &[act("draw again", Redraw, &[Key::ctrl('l')])]),
-    row("General", Scope::Screen, "to the shell; fg returns", &[act("to the shell", Suspend, &[Key::ctrl('z')])]),
+    row("General", Scope::Anywhere, "draw the screen again", &[act("draw again", Redraw, &[Key::ctrl('l')])]),
+    row("General", Scope::Anywhere, "to the shell; fg returns", &[act("to the shell", Suspend, &[Key::ctrl('z')])]),
     row(
         "File",
         Scope::Screen,
@@ -324,7 +325,7 @@ pub const BINDINGS: &[Binding] = &[
     row(
         "Moving",
         Scope::Transform,
-        "by ten",
+        "by large steps",
         &[
             act("nudge far left", TurnFar(-1), &[FAR_LEFT, key('H')]),
             act("nudge far down", StepFar(1), &[FAR_DOWN, key('J')]),
@@ -383,7 +384,6 @@ pub const BINDINGS: &[Binding] = &[
         "take, leave as it was",
         &[act("take", Accept, &[ENTER]), act("leave as it was", Cancel, &[ESCAPE, AWAY])],
     ),
-    row("Dialogs", Scope::Dialog, "quit", &[act("quit from a dialog", Quit, &[Key::ctrl('c')])]),
 ];
 
 #[cfg(test)]

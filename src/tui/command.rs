@@ -129,6 +129,8 @@ pub enum Motion {
 /// Where a key has its meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scope {
+    /// Whatever is open.
+    Anywhere,
     /// On the screen, whatever part has the keys; no dialog is open.
     Screen,
     /// The picture has the keys.
@@ -153,7 +155,7 @@ impl Scope {
     /// When its keys hold, for people; empty: always.
     pub fn text(self) -> &'static str {
         match self {
-            Self::Screen => "",
+            Self::Anywhere | Self::Screen => "",
             Self::Picture => "in the picture",
             Self::Fitted => "in the picture, not zoomed",
             Self::Zoomed => "in the picture, zoomed",
@@ -168,15 +170,16 @@ impl Scope {
     /// Scopes whose keys hold at the same time as those of this one, itself first.
     pub fn open(self) -> &'static [Self] {
         match self {
-            Self::Fitted => &[Self::Fitted, Self::Picture, Self::Screen],
-            Self::Zoomed => &[Self::Zoomed, Self::Picture, Self::Screen],
-            Self::Picture => &[Self::Picture, Self::Screen],
-            Self::Tree => &[Self::Tree, Self::Screen],
-            Self::Properties => &[Self::Properties, Self::Screen],
-            Self::Transform => &[Self::Transform],
-            Self::Pick => &[Self::Pick],
-            Self::Dialog => &[Self::Dialog],
-            Self::Screen => &[Self::Screen],
+            Self::Fitted => &[Self::Fitted, Self::Picture, Self::Screen, Self::Anywhere],
+            Self::Zoomed => &[Self::Zoomed, Self::Picture, Self::Screen, Self::Anywhere],
+            Self::Picture => &[Self::Picture, Self::Screen, Self::Anywhere],
+            Self::Tree => &[Self::Tree, Self::Screen, Self::Anywhere],
+            Self::Properties => &[Self::Properties, Self::Screen, Self::Anywhere],
+            Self::Transform => &[Self::Transform, Self::Anywhere],
+            Self::Pick => &[Self::Pick, Self::Anywhere],
+            Self::Dialog => &[Self::Dialog, Self::Anywhere],
+            Self::Screen => &[Self::Screen, Self::Anywhere],
+            Self::Anywhere => &[Self::Anywhere],
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::properties::{Properties, Section, sections};
 use super::tree::Tree;
-use crate::description::{CameraDesc, History, Refused, SceneDesc, Source, Target, save};
+use crate::description::{CameraDesc, History, Refused, SceneDesc, Source, Target, builtin, files_named, save};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,6 +15,8 @@ pub struct Editor {
     original: Arc<SceneDesc>,
     /// The file that the scene was read from, and its text; `None` for a model.
     source: Option<FileText>,
+    /// What its text names, itself first.
+    named: Vec<PathBuf>,
     /// Selection.
     pub tree: Tree,
     /// Rows of the selection.
@@ -58,6 +60,7 @@ impl Editor {
             original: desc.clone(),
             history: History::new(desc),
             source: None,
+            named: Vec::new(),
             tree: Tree::default(),
             properties: Properties::default(),
             views: [None; 9],
@@ -69,6 +72,7 @@ impl Editor {
     /// The scene came from this file.
     pub fn set_source(&mut self, source: FileText) {
         self.source = Some(source);
+        self.name_files();
     }
 
     /// What is there now.
@@ -152,7 +156,24 @@ impl Editor {
     /// The scene's file, if it has one that can be written.
     pub fn file(&self) -> Option<&Path> {
         let file = self.source.as_ref().map(|source| source.file.as_path())?;
-        crate::description::builtin(file).is_none().then_some(file)
+        builtin(file).is_none().then_some(file)
+    }
+
+    /// Whether this is what the scene's file was read or written with last.
+    pub fn is_from(&self, text: &str, desc: &SceneDesc) -> bool {
+        self.source.as_ref().is_some_and(|source| source.text == text && *source.desc == *desc)
+    }
+
+    /// The scene's file and all that it names.
+    pub fn files_named(&self) -> &[PathBuf] {
+        &self.named
+    }
+
+    fn name_files(&mut self) {
+        self.named = match (&self.source, self.file()) {
+            (Some(source), Some(file)) => files_named(&source.text, file),
+            _ => Vec::new(),
+        };
     }
 
     /// The text of a file that says what is there now.
@@ -180,18 +201,25 @@ impl Editor {
             self.history.mark_saved();
         }
         self.source = Some(written);
+        self.name_files();
     }
 
-    /// The file says something else: that is what is there now, but for the camera, which stays if it was moved.
+    /// The file says something else: that is what is there now, as a step that can be undone. What flags of the command
+    /// line said stays, the camera stays where it was moved, and the selection stays by name.
     pub fn reload(&mut self, text: String, desc: SceneDesc) {
         let Some(source) = &mut self.source else { return };
-        let moved = self.history.now().camera != source.desc.camera;
+        let before = self.history.now().clone();
         let mut shown = desc.clone();
-        if moved {
-            shown.camera = self.history.now().camera;
+        if before.film == self.original.film && self.original.film != source.desc.film {
+            shown.film = before.film;
+        }
+        if before.render == self.original.render && self.original.render != source.desc.render {
+            shown.render = before.render;
         }
         (source.text, source.desc) = (text, Arc::new(desc));
         self.history.reload(shown, "reload");
-        self.tree.keep_existing(self.history.now());
+        let now = self.history.now().clone();
+        self.tree.follow(&before, &now);
+        self.name_files();
     }
 }

@@ -6,6 +6,7 @@ use super::event::Event;
 use super::session::spawn;
 use crate::assets::{load_image, load_obj};
 use crate::description::edit::Bounds;
+use crate::description::{SceneDesc, parse, printable};
 use crate::output::write_whole;
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use std::io;
@@ -22,6 +23,8 @@ pub enum Errand {
     Measure(PathBuf),
     /// Write a scene.
     Write(FileText),
+    /// Read a scene again.
+    Reread(PathBuf),
 }
 
 /// The way to the thread.
@@ -64,6 +67,10 @@ fn run(queue: &Receiver<Errand>, events: &Sender<Event>) {
                 let bounds = measure(&file);
                 Event::Measured { file, bounds }
             }
+            Errand::Reread(file) => {
+                let result = reread(&file);
+                Event::Reread { file, result }
+            }
             Errand::Write(written) => {
                 let result = write_whole(&written.file, written.text.as_bytes()).map_err(|error| error.to_string());
                 Event::SceneWritten { written, result }
@@ -99,4 +106,15 @@ fn measure(file: &Path) -> Result<Bounds, String> {
         Some(Bounds { lower: lower.min(p), upper: upper.max(p) })
     });
     bounds.ok_or_else(|| format!("{} holds no triangles", file.display()))
+}
+
+/// What a scene file says; else lines that tell its mistakes.
+fn reread(file: &Path) -> Result<(String, SceneDesc), Vec<String>> {
+    let lines = |text: String| text.lines().map(|line| printable(line).into_owned()).collect::<Vec<_>>();
+    let text = std::fs::read_to_string(file).map_err(|error| lines(format!("cannot be read: {error}")))?;
+    let desc = parse(&text, file).map_err(|mistakes| {
+        let all: Vec<_> = mistakes.iter().map(|mistake| mistake.render(false)).collect();
+        lines(all.join("\n"))
+    })?;
+    Ok((text, desc))
 }

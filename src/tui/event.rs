@@ -4,9 +4,11 @@ use super::decode::Mouse;
 use super::dialog::files::{Entry, Thumbnail};
 use super::editor::FileText;
 use super::key::Key;
+use crate::description::SceneDesc;
 use crate::description::edit::Bounds;
 use crate::render::RenderEvent;
 use crate::scene::{CompileError, Scene};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -55,6 +57,15 @@ pub enum Event {
         /// How it went.
         result: Result<(), String>,
     },
+    /// These files are other ones than before: the scene's own, or what it uses.
+    FilesChanged(Vec<PathBuf>),
+    /// What the scene's file says now, or what is wrong with it.
+    Reread {
+        /// Which one.
+        file: PathBuf,
+        /// Its text and what that says; else lines that tell every mistake, safe to print.
+        result: Result<(String, SceneDesc), Vec<String>>,
+    },
     /// A signal asks to end.
     Terminated(i32),
     /// The shell asks to stop.
@@ -86,6 +97,10 @@ pub enum Effect {
     Measure(PathBuf),
     /// Write a scene.
     WriteScene(FileText),
+    /// Tell when one of these files changes, and no others any more.
+    Watch(BTreeSet<PathBuf>),
+    /// Read the scene's file again.
+    Reread(PathBuf),
     /// Give the terminal back and stop the program.
     Stop,
     /// Take the terminal again.

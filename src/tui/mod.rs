@@ -41,8 +41,8 @@ mod terminal;
 pub mod transform;
 pub mod tree;
 pub mod view;
-mod widget;
 pub mod watch;
+mod widget;
 pub mod writer;
 
 pub use editor::FileText;

@@ -7,18 +7,21 @@ use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
 use super::view::view;
+use super::watch::{INTERVAL, watch};
 use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
 use crate::bvh::Isa;
 use crate::output::save_png;
 use crate::render::{Film, RenderHandle, Settings, start};
-use crate::scene::compile_for;
+use crate::scene::{compile_for, recompile};
 use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use std::any::Any;
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -41,6 +44,8 @@ struct Session {
     guard: Guard,
     saver: Saver,
     errands: Errands,
+    /// To the thread that watches them.
+    watched: Sender<BTreeSet<PathBuf>>,
     /// When the next frame is due.
     frame_due: Option<Instant>,
     last_frame: Instant,
@@ -88,6 +93,12 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     })
     .map_err(Error::Broken)?;
     let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
+    let (watched, watch_list) = unbounded();
+    spawn("watched files", &events.0, {
+        let events = events.0.clone();
+        move || watch(&watch_list, INTERVAL, |changed| events.send(Event::FilesChanged(changed)).is_ok())
+    })
+    .map_err(Error::Broken)?;
     let errands = Errands::start(&events.0).map_err(Error::Broken)?;
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
@@ -101,6 +112,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         guard,
         saver,
         errands,
+        watched,
         frame_due: Some(now),
         last_frame: now,
         fresh: true,
@@ -111,17 +123,23 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
 impl Session {
     fn run(mut self) -> Result<Outcome, Error> {
         while self.app.exit().is_none() {
-            if let Some((desc, previous)) = self.app.begin_compile() {
+            if let Some((desc, previous, changed)) = self.app.begin_compile() {
                 // Its workers make room at once; its picture stays.
                 self.render = None;
                 let (isa, events) = (self.isa, self.events.0.clone());
                 let begun = spawn("compiler", &self.events.0, move || {
-                    let compiled = compile_for(&desc, previous.as_deref(), isa);
+                    let compiled = match previous.as_deref() {
+                        Some(previous) if !changed.is_empty() => recompile(&desc, previous, &changed),
+                        previous => compile_for(&desc, previous, isa),
+                    };
                     let _ = events.send(Event::Compiled(compiled.map(Arc::new)));
                 });
                 if let Err(refused) = begun {
                     self.take(Event::Broken(refused));
                 }
+            }
+            if let Some(effect) = self.app.begin_watch() {
+                self.perform(effect);
             }
             self.draw();
             self.take_events();
@@ -183,6 +201,9 @@ impl Session {
             Effect::List(directory, endings) => self.errands.send(Errand::List(directory, endings)),
             Effect::Look(file) => self.errands.send(Errand::Look(file)),
             Effect::Measure(file) => self.errands.send(Errand::Measure(file)),
+            // If the thread has panicked, the interface knows already.
+            Effect::Watch(files) => drop(self.watched.send(files)),
+            Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
             Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
             Effect::Pause(paused) => match &self.render {
@@ -255,7 +276,7 @@ impl Session {
 struct Saver(Sender<(Arc<Film>, u32)>);
 
 impl Saver {
-    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Result<Self, String> {
+    fn new(output: PathBuf, events: &Sender<Event>) -> Result<Self, String> {
         let (films, queue) = unbounded::<(Arc<Film>, u32)>();
         let told = events.clone();
         spawn("saver", events, move || {

@@ -28,7 +28,8 @@ impl SideLayout {
         let inner = Rect { x: area.x + 2, width: area.width.saturating_sub(3), ..area };
         let title = Rect { height: inner.height.min(1), ..inner };
         let rest = inner.height - title.height;
-        let wanted = app.editor().tree.rows(app.desc()).len() as u16 + u16::from(app.is_searching());
+        let wanted = app.editor().tree.rows(app.desc()).len() + usize::from(app.is_searching());
+        let wanted = u16::try_from(wanted).unwrap_or(u16::MAX);
         let tree_height = match (rest, app.focus()) {
             (0..10, Focus::Properties) => 0,
             (0..10, _) => rest,

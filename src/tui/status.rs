@@ -41,8 +41,8 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
         left.push(Span::styled(message.text.clone(), mode.style(role)));
     } else if let Some(transform) = app.transform() {
         left.push(Span::styled(transform.text(), mode.style(Role::Strong)));
-    } else if let Some(mistake) = app.broken_file() {
-        left.push(Span::styled(mistake.to_owned(), mode.style(Role::Bad)));
+    } else if app.broken_file().is_some() {
+        left.push(Span::styled("the file on the disk has mistakes", mode.style(Role::Bad)));
     }
     let left = Line::from(left);
     let room = usize::from(area.width).saturating_sub(left.width() + 1);

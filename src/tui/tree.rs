@@ -52,8 +52,8 @@ impl Tree {
         let mut rows = Vec::new();
         let mut heading = "";
         for (group, target) in entries(desc) {
-            let words = format!("{} {}", target.label(desc), kind_text(desc, target)).to_lowercase();
-            if !wanted.is_empty() && !words.contains(&wanted) {
+            let words = || format!("{} {}", target.label(desc), kind_text(desc, target)).to_lowercase();
+            if !wanted.is_empty() && !words().contains(&wanted) {
                 continue;
             }
             if group != heading {
@@ -121,6 +121,19 @@ impl Tree {
                 _ => desc.materials.len().checked_sub(1).map_or(Target::World, Target::Material),
             };
         }
+    }
+
+    /// The scene is another one: what was selected is what has its name now, or else its place.
+    pub fn follow(&mut self, before: &SceneDesc, now: &SceneDesc) {
+        let follow = |target: Target| {
+            let name = target.label(before);
+            let alike = |other: &Target| std::mem::discriminant(other) == std::mem::discriminant(&target);
+            let found = entries(now).map(|(_, other)| other).find(|other| alike(other) && other.label(now) == name);
+            found.unwrap_or(target)
+        };
+        self.cursor = follow(self.cursor);
+        self.marked = self.marked.iter().map(|target| follow(*target)).collect();
+        self.keep_existing(now);
     }
 
     /// Moves the cursor by rows that are entries.

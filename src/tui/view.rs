@@ -3,13 +3,15 @@
 use super::app::App;
 use super::color::{ColorMode, Role};
 use super::dialog::{Dialog, MODELS, ROWS, accept_hints};
-use super::widget::popup;
+use super::widget::{fit, popup, rows};
 use super::{panel, side, status};
 use crate::description::Target;
 use crate::description::parameter::parameter;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Widget;
 
 /// Draws everything.
 pub fn view(app: &App, buffer: &mut Buffer) {
@@ -23,6 +25,9 @@ pub fn view(app: &App, buffer: &mut Buffer) {
     }
     if let Some(area) = layout.editor {
         side::draw(app, area, buffer);
+    }
+    if let Some(mistakes) = app.broken_file() {
+        broken(app.mode(), mistakes, layout.preview, buffer);
     }
     status::draw(app, layout.status, buffer);
     if let Some(open) = app.dialog() {
@@ -61,6 +66,20 @@ fn dialog(app: &App, dialog: &Dialog, room: Rect, buffer: &mut Buffer) {
             };
             texture.draw(mode, keymap, &ROWS.iter().map(value).collect::<Vec<_>>(), room, buffer);
         }
+    }
+}
+
+/// What is wrong with the file on the disk, over the lower part of the last good picture.
+fn broken(mode: ColorMode, mistakes: &[String], preview: Rect, buffer: &mut Buffer) {
+    let height = (mistakes.len() as u16).min((preview.height / 2).saturating_sub(2));
+    let width = mistakes.iter().map(|line| Span::raw(line.as_str()).width()).max().unwrap_or(0) as u16;
+    if height == 0 {
+        return;
+    }
+    let room = Rect { y: preview.bottom() - height - 2, height: height + 2, ..preview };
+    let inner = popup(mode, room, "The file on the disk has mistakes", &[], (width, height), buffer);
+    for (line, row) in mistakes.iter().zip(rows(inner)) {
+        Line::styled(fit(line, row.width.into()), mode.style(Role::Text)).render(row, buffer);
     }
 }
 

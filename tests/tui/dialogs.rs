@@ -4,7 +4,7 @@ use super::editor::three;
 use super::stage::Stage;
 use glam::DVec3;
 use glimt::description::edit::Bounds;
-use glimt::description::{SceneDesc, ShapeDesc, TextureSource, Wrap, parse, parse_color};
+use glimt::description::{ObjectDesc, SceneDesc, ShapeDesc, TextureSource, Wrap, parse, parse_color};
 use glimt::tui::FileText;
 use glimt::tui::app::{Activity, Focus, Tone};
 use glimt::tui::dialog::files::{Entry, Thumbnail};
@@ -343,4 +343,76 @@ fn a_picture_that_is_missing_leaves_the_last_good_one() {
     assert!(stage.compile());
     assert_eq!(stage.app.activity(), Activity::Rendering);
     assert_eq!(stage.app.focus(), Focus::Tree);
+}
+
+#[test]
+fn a_file_that_changes_is_reloaded_with_selection_and_camera_and_a_broken_one_is_told() {
+    let (desc, file) = source(&format!("{SCENE}[[object]]\nname = \"other\"\nshape = \"cuboid\"\n"));
+    let own = file.file.clone();
+    let mut stage = Stage::with(desc, (120, 40));
+    stage.app.set_source(file);
+    assert!(matches!(stage.app.begin_watch(), Some(Effect::Watch(files)) if files.contains(&own)));
+    assert!(stage.app.begin_watch().is_none());
+    stage.keys("/other");
+    stage.press("Enter Esc");
+    stage.keys("i");
+    let camera = stage.desc().camera;
+    stage.tell(Event::FilesChanged(vec![own.clone()]));
+    assert!(matches!(stage.effects.last(), Some(Effect::Reread(file)) if *file == own));
+
+    // What is wrong is told beside the picture, which goes on.
+    let before = stage.desc().clone();
+    let mistakes = vec!["error: there is no key radus".to_owned(), "  --> one.toml:7:1".to_owned()];
+    stage.tell(Event::Reread { file: own.clone(), result: Err(mistakes) });
+    let text = stage.text();
+    assert!(text.contains("there is no key radus") && text.contains("one.toml:7:1"), "{text}");
+    assert_eq!(*stage.desc(), before);
+
+    // Put right, with another object before the selected one.
+    let text = "[film]\nwidth = 64\nheight = 36\n[[object]]\nshape = \"plane\"\n[[object]]\nname = \"ball\"\n\
+                shape = \"sphere\"\nradius = 0.7\n[[object]]\nname = \"other\"\nshape = \"cuboid\"\n";
+    let now = parse(text, &own).unwrap();
+    stage.tell(Event::Reread { file: own.clone(), result: Ok((text.to_owned(), now.clone())) });
+    assert!(stage.compile() && !stage.text().contains("radus"));
+    assert_eq!(stage.desc().objects, now.objects);
+    assert_eq!((stage.desc().camera, stage.selected()), (camera, vec!["other".to_owned()]));
+    assert!(
+        stage.status().contains("one.toml has changed: reloaded; u brings your changes back"),
+        "{}",
+        stage.status()
+    );
+    // The same again, as after a save of our own, does nothing.
+    stage.tell(Event::Reread { file: own, result: Ok((text.to_owned(), now)) });
+    assert!(!stage.compile());
+    stage.keys("u");
+    assert_eq!(*stage.desc(), before);
+}
+
+#[test]
+fn a_model_that_changes_is_read_again_and_a_broken_one_leaves_the_last_good_picture() {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tui-reload");
+    std::fs::create_dir_all(&directory).unwrap();
+    let file = directory.join("triangle.obj");
+    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let mut desc = three();
+    desc.objects.push(ObjectDesc::new(ShapeDesc::Mesh { file: file.clone(), crease: 30.0 }));
+    let mut stage = Stage::with(desc, (120, 40));
+    assert!(matches!(stage.app.begin_watch(), Some(Effect::Watch(files)) if files.contains(&file)));
+    let starts = |stage: &Stage| stage.effects.iter().filter(|effect| matches!(effect, Effect::Start(_))).count();
+    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n").unwrap();
+    stage.tell(Event::FilesChanged(vec![file.clone()]));
+    assert!(stage.compile());
+    let Some(Effect::Start(scene)) = stage.effects.last() else { panic!("nothing is rendered") };
+    assert_eq!((scene.summary.triangles, starts(&stage)), (2, 2));
+    std::fs::write(&file, "nothing of use\n").unwrap();
+    stage.tell(Event::FilesChanged(vec![file.clone()]));
+    assert!(stage.compile());
+    assert_eq!((stage.app.activity(), starts(&stage)), (Activity::Failed, 2));
+    assert!(stage.status().contains("triangle.obj"), "{}", stage.status());
+    // It is still another one when anything else is edited.
+    std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    stage.keys("i");
+    assert!(stage.compile());
+    let Some(Effect::Start(scene)) = stage.effects.last() else { panic!("nothing is rendered") };
+    assert_eq!(scene.summary.triangles, 1);
 }

@@ -88,7 +88,7 @@ fn arrows_orbit_a_fitted_picture_and_move_a_zoomed_one() {
 fn a_burst_of_keys_is_one_restart_with_all_of_them() {
     let mut stage = Stage::started((80, 24));
     stage.keys("hhhhnn");
-    let (desc, _) = stage.app.begin_compile().expect("there were edits");
+    let (desc, ..) = stage.app.begin_compile().expect("there were edits");
     assert_eq!(desc.render.samples, 16);
     // Keys that come while the compiler is at work wait for it.
     stage.keys("n");
@@ -153,7 +153,7 @@ fn a_pause_while_the_compiler_is_at_work_is_one_of_the_new_render() {
         [Stage::new((200, 60), ColorMode::Truecolor), Stage::started((200, 60)), Stage::finished((200, 60))];
     for stage in &mut stages {
         stage.keys("br");
-        let (desc, previous) = stage.app.begin_compile().unwrap();
+        let (desc, previous, _) = stage.app.begin_compile().unwrap();
         stage.keys(" ");
         assert!(stage.status().contains("paused"), "{}", stage.status());
         stage.effects.clear();

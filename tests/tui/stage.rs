@@ -2,7 +2,7 @@
 
 use glimt::description::{LightDesc, ObjectDesc, Projection, RenderDesc, SceneDesc, ShapeDesc};
 use glimt::render::{Pass, Rect as Tile, RenderEvent, TileImage, TileStats};
-use glimt::scene::compile;
+use glimt::scene::{compile, recompile};
 use glimt::tui::app::App;
 use glimt::tui::color::ColorMode;
 use glimt::tui::decode::{Mouse, MouseAction};
@@ -99,8 +99,12 @@ impl Stage {
 
     /// What the loop does after a batch of events; whether there was something to compile.
     pub fn compile(&mut self) -> bool {
-        let Some((desc, previous)) = self.app.begin_compile() else { return false };
-        self.tell(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+        let Some((desc, previous, changed)) = self.app.begin_compile() else { return false };
+        let compiled = match previous.as_deref() {
+            Some(previous) if !changed.is_empty() => recompile(&desc, previous, &changed),
+            previous => compile(&desc, previous),
+        };
+        self.tell(Event::Compiled(compiled.map(Arc::new)));
         true
     }
 

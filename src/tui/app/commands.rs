@@ -2,7 +2,7 @@
 
 use super::{Activity, App, Focus, Tone};
 use crate::tui::command::{Command, Scope};
-use crate::tui::dialog::{AddMenu, Dialog, Help, Palette};
+use crate::tui::dialog::{About, AddMenu, Dialog, Help, Palette};
 use crate::tui::event::{Effect, Event, Exit};
 use crate::tui::key::Key;
 use crate::tui::transform::Progress as Step;
@@ -17,8 +17,12 @@ impl App {
     pub(super) fn key(&mut self, key: Key, now: Instant) -> Vec<Effect> {
         let scope = self.scope();
         let command = self.keymap.find(key, scope);
-        if scope == Scope::Dialog {
-            return self.dialog_key(key, command, now);
+        let is_open = matches!(scope, Scope::Dialog | Scope::Transform | Scope::Pick);
+        match command {
+            Some(Command::Quit) if is_open => return self.quit_from(now),
+            Some(command @ (Command::Redraw | Command::Suspend)) => return self.command(command, now),
+            _ if scope == Scope::Dialog => return self.dialog_key(key, command, now),
+            _ => {}
         }
         if let Some(transform) = &mut self.transform {
             let step = transform.key(key, command);
@@ -89,6 +93,20 @@ impl App {
             | Command::Cancel
             | Command::Reset => self.navigate(command, now),
             _ => return self.edit_command(command, now),
+        }
+        Vec::new()
+    }
+
+    /// Leaves though something is open, which ends; the question whether to leave, asked twice, is answered.
+    fn quit_from(&mut self, now: Instant) -> Vec<Effect> {
+        let asked = matches!(&self.dialog, Some(Dialog::Question(question)) if question.about == About::Unsaved);
+        self.cursor = None;
+        self.transformed(Step::Cancel);
+        self.close(false);
+        if asked {
+            self.leave(Exit::Quit, now);
+        } else {
+            self.quit(now);
         }
         Vec::new()
     }
@@ -206,7 +224,6 @@ impl App {
                 self.transform = None;
                 self.message = None;
             }
-            // Leaving and help are never out of reach.
             Step::Unknown => {
                 let key = self.keymap.key_in(Scope::Transform, Command::Cancel);
                 self.tell(Tone::Plain, format!("{key} takes the change back, and then other keys work again"));

@@ -20,15 +20,6 @@ use std::time::Instant;
 impl App {
     /// A key while something is open that takes them all.
     pub(super) fn dialog_key(&mut self, key: Key, command: Option<Command>, now: Instant) -> Vec<Effect> {
-        if command == Some(Command::Quit) {
-            let asked = matches!(&self.dialog, Some(Dialog::Question(question)) if question.about == About::Unsaved);
-            self.close(false);
-            if asked {
-                self.leave(Exit::Quit, now);
-                return Vec::new();
-            }
-            return self.command(Command::Quit, now);
-        }
         if command == Some(Command::Cancel) {
             self.close(true);
             return Vec::new();
@@ -127,7 +118,7 @@ impl App {
     }
 
     /// Closes what is open. `revert`: what it changed is as before.
-    fn close(&mut self, revert: bool) {
+    pub(super) fn close(&mut self, revert: bool) {
         self.leave_when_written = false;
         if self.searching {
             self.searching = false;
@@ -449,6 +440,7 @@ impl App {
             Ok(()) => {
                 self.name = printable(&written.file.file_stem().unwrap_or_default().to_string_lossy()).into_owned();
                 self.editor.saved(written);
+                self.watch_due = true;
                 self.broken_file = None;
                 self.tell(Tone::Good, format!("saved {name}"));
                 if std::mem::take(&mut self.leave_when_written) {

@@ -252,7 +252,8 @@ impl App {
     pub(super) fn nudge(&mut self, steps: i32, fine: bool, now: Instant) {
         let Some(property) = self.editor.properties.current(&self.editor.sections()) else { return };
         let label = format!("change {}", property.parameter.label);
-        let gesture = self.editor.held_gesture(&label, now);
+        // The same row of something else is another gesture.
+        let gesture = self.editor.held_gesture(&format!("{label} of {:?}", property.targets), now);
         self.change(&label, Some(gesture), |desc| property.parameter.nudge(desc, &property.targets, steps, fine));
     }
 

@@ -3,6 +3,7 @@
 mod commands;
 mod dialogs;
 mod edits;
+mod files;
 mod pointing;
 mod read;
 mod render;
@@ -20,6 +21,7 @@ use super::transform::Transform;
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress};
 use crate::scene::Scene;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -111,7 +113,13 @@ pub struct App {
     activity: Activity,
     message: Option<Message>,
     /// What is wrong with the scene's file on the disk.
-    broken_file: Option<String>,
+    broken_file: Option<Vec<String>>,
+    /// Files that have changed since the scene was compiled.
+    changed: Vec<PathBuf>,
+    /// Files whose changes are told.
+    watched: BTreeSet<PathBuf>,
+    /// They may be others now.
+    watch_due: bool,
     /// The description is newer than what was last given to the compiler.
     edited: bool,
     compiling: bool,
@@ -172,6 +180,9 @@ impl App {
             activity: Activity::Compiling,
             message: None,
             broken_file: None,
+            changed: Vec::new(),
+            watched: BTreeSet::new(),
+            watch_due: true,
             edited: true,
             compiling: false,
             save_wanted: false,
@@ -227,6 +238,8 @@ impl App {
             Event::Looked { file, picture } => self.looked(&file, picture),
             Event::Measured { file, bounds } => self.measured(file, bounds),
             Event::SceneWritten { written, result } => self.scene_written(written, result, now),
+            Event::FilesChanged(files) => return self.files_changed(files),
+            Event::Reread { file, result } => self.reread(&file, result),
             Event::Terminated(signal) => self.leave(Exit::Signal(signal), now),
             Event::StopAsked => {
                 self.stopped(true, now);

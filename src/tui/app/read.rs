@@ -108,7 +108,7 @@ impl App {
     }
 
     /// Why the scene's file cannot be shown as it is on the disk.
-    pub fn broken_file(&self) -> Option<&str> {
+    pub fn broken_file(&self) -> Option<&[String]> {
         self.broken_file.as_deref()
     }
 

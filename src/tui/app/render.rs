@@ -6,18 +6,21 @@ use crate::render::{Film, Progress, RenderEvent};
 use crate::scene::{CompileError, Scene};
 use crate::tui::event::{Effect, Exit};
 use crate::tui::numbers::Numbers;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 impl App {
     /// What has to be compiled now: nothing if nothing was edited or the compiler is still at work. To be asked when a
-    /// batch of events is taken in, so that a burst of keys is one restart.
-    pub fn begin_compile(&mut self) -> Option<(Arc<SceneDesc>, Option<Arc<Scene>>)> {
+    /// batch of events is taken in, so that a burst of keys is one restart. With it the scene whose parts can be shared,
+    /// and the files that are others now than those it was made of.
+    pub fn begin_compile(&mut self) -> Option<(Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>)> {
         if self.compiling || !std::mem::take(&mut self.edited) {
             return None;
         }
         self.compiling = true;
-        Some((self.editor.desc().clone(), self.lent.take().or_else(|| self.scene.clone())))
+        let previous = self.lent.take().or_else(|| self.scene.clone());
+        Some((self.editor.desc().clone(), previous, self.changed.clone()))
     }
 
     /// Brings preview and numbers up to date for a frame at `now`.
@@ -77,8 +80,10 @@ impl App {
 
     pub(super) fn compiled(&mut self, result: Result<Arc<Scene>, CompileError>, now: Instant) -> Vec<Effect> {
         self.compiling = false;
+        self.watch_due = true;
         match result {
             Ok(scene) => {
+                self.changed.clear();
                 if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
                     self.film = Arc::new(Film::new(scene.width, scene.height));
                     self.lay_out();

@@ -66,7 +66,8 @@ const GAP: u16 = 3;
 fn columns(mode: ColorMode, keymap: &Keymap, room: u16) -> Vec<Vec<Line<'static>>> {
     let mut names: Vec<&str> = BINDINGS.iter().map(|binding| binding.group).collect();
     names.dedup();
-    let all = group_lines(mode, keymap, &names);
+    let mut all = group_lines(mode, keymap, &names);
+    all.extend(mouse_lines(mode));
     for count in (2..=4).rev() {
         let target = all.len().div_ceil(count);
         let mut lists: Vec<Vec<&'static str>> = vec![Vec::new()];
@@ -80,13 +81,29 @@ fn columns(mode: ColorMode, keymap: &Keymap, room: u16) -> Vec<Vec<Line<'static>
             length += own;
             lists.last_mut().into_iter().for_each(|list| list.push(name));
         }
-        let columns: Vec<_> = lists.iter().map(|names| group_lines(mode, keymap, names)).collect();
+        let mut columns: Vec<_> = lists.iter().map(|names| group_lines(mode, keymap, names)).collect();
+        columns.last_mut().into_iter().for_each(|last| last.extend(mouse_lines(mode)));
         let width = columns.iter().map(|lines| widest(lines) + GAP).sum::<u16>() - GAP + 4;
         if width <= room {
             return columns;
         }
     }
     vec![all]
+}
+
+/// What the mouse does: the same everywhere, so it stands in no table.
+const MOUSE: [(&str, &str); 3] = [
+    ("click", "select in picture and tree, go to a property"),
+    ("Ctrl-click", "add to the selection"),
+    ("wheel", "nearer, farther; scroll the panel"),
+];
+
+fn mouse_lines(mode: ColorMode) -> Vec<Line<'static>> {
+    let mut lines = vec![Line::default(), Line::styled("Mouse", mode.style(Role::Strong))];
+    lines.extend(MOUSE.iter().map(|(what, help)| {
+        Line::from(vec![Span::styled(format!("{what:<10}"), mode.style(Role::Key)), Span::raw(format!("  {help}"))])
+    }));
+    lines
 }
 
 fn widest(lines: &[Line]) -> u16 {

@@ -48,7 +48,10 @@ impl Palette {
         let mut found: Vec<(usize, &Action)> = Vec::new();
         for (binding, action) in actions() {
             // Those of dialogs and modes mean nothing outside of them.
-            let everywhere = matches!(binding.scope, Scope::Screen | Scope::Picture | Scope::Fitted | Scope::Zoomed);
+            let everywhere = matches!(
+                binding.scope,
+                Scope::Anywhere | Scope::Screen | Scope::Picture | Scope::Fitted | Scope::Zoomed
+            );
             let known = found.iter().any(|(_, other)| other.command == action.command);
             if everywhere
                 && !known
