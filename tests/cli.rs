@@ -1,5 +1,6 @@
 //! The real program without a terminal: flags, exit codes, files and the JSON object.
 
+use glimt::bvh::Isa;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -59,7 +60,12 @@ impl Place {
 
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_glimt"));
-        command.args(arguments).current_dir(&self.0).stdin(Stdio::null()).env_remove("NO_COLOR");
+        command
+            .args(arguments)
+            .current_dir(&self.0)
+            .stdin(Stdio::null())
+            .env_remove("NO_COLOR")
+            .env_remove("GLIMT_ISA");
         command
     }
 
@@ -174,6 +180,59 @@ fn every_flag_shows_in_the_report_and_most_in_the_picture() {
 }
 
 #[test]
+fn the_instruction_set_is_that_of_the_flag_or_the_variable_and_shows_everywhere() {
+    let place = Place::new("isa");
+    let (mut hashes, here) = (Vec::new(), Isa::ALL.into_iter().filter(|isa| isa.is_available()));
+    for isa in here.map(Isa::name) {
+        let asked = place.json(&["render", "room.toml", "--isa", isa]);
+        assert_eq!(asked["isa"], isa);
+        hashes.push(asked["pixel_hash"].clone());
+        let output = place.command(&["check", "room.toml"]).env("GLIMT_ISA", isa).output().unwrap();
+        assert!(stdout(&output).contains(&format!("traced with {isa}")), "{}", stdout(&output));
+        let output = place.command(&["render", "room.toml", "--size", "8x8"]).env("GLIMT_ISA", isa).output().unwrap();
+        assert!(stderr(&output).lines().any(|line| line.starts_with("rendering 8x8") && line.ends_with(isa)));
+        // The flag wins.
+        let output = place.command(&["check", "--isa", "portable"]).env("GLIMT_ISA", isa).output().unwrap();
+        assert!(stdout(&output).contains("traced with portable"), "{}", stdout(&output));
+    }
+    hashes.dedup();
+    assert_eq!(hashes.len(), 1, "the picture depends on the instruction set");
+    for (variable, hint) in [("", None), ("avx1024", Some("avx1024")), ("\u{1b}[31m", Some("GLIMT_ISA"))] {
+        let output = place.command(&["check", "room.toml"]).env("GLIMT_ISA", variable).output().unwrap();
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(if hint.is_some() { 2 } else { 0 }), "{told}");
+        let list = "no such instruction set; here there is portable";
+        assert!(hint.is_none_or(|hint| told.contains(hint) && told.contains(list)), "{told}");
+        assert!(!told.contains('\x1b'), "{told}");
+    }
+    #[cfg(target_arch = "x86_64")]
+    assert_eq!(place.json(&["render", "room.toml", "--isa", "sse2"])["isa"], "portable");
+}
+
+#[test]
+fn the_study_of_kernels_measures_what_it_is_asked_to_and_writes_its_files() {
+    let place = Place::new("study-kernel");
+    let asked =
+        ["study", "kernel", "room.toml", "--isa", "portable", "--rays", "500", "--repeats", "1", "--out", "out"];
+    let output = place.run(&asked);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    for word in
+        ["primary", "shadow", "mirrored", "random", "fast", "robust", "reference", "single", "packet", "portable"]
+    {
+        assert!(text.contains(word), "{word} is missing in\n{text}");
+    }
+    let written: Value = serde_json::from_slice(&fs::read(place.file("out/kernel.json")).unwrap()).unwrap();
+    assert_eq!(written["settings"]["rays"], 500);
+    // Four kinds, three presets, two modes, one round; and the names of the columns.
+    let samples = fs::read_to_string(place.file("out/kernel.csv")).unwrap();
+    assert_eq!(samples.lines().filter(|line| !line.starts_with('#')).count(), 1 + 4 * 3 * 2);
+    let refused = place.run(&["study", "kernel", "room.toml", "--isa", "avx1024", "--out", "none"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("here there is portable") && !place.file("none").exists());
+}
+
+#[test]
 fn the_report_is_complete_and_adds_up() {
     let place = Place::new("report");
     let report = place.json(&["render", "room.toml", "-o", "a.png", "--threads", "2"]);
@@ -207,6 +266,15 @@ fn the_report_is_complete_and_adds_up() {
     assert_eq!((&report["contents"]["objects"], &report["contents"]["lights"]), (&3.into(), &1.into()));
     assert!(report["imports"].as_array().unwrap().is_empty());
     assert!(report["warnings"].is_array());
+    assert!(Isa::ALL.iter().any(|isa| report["isa"] == isa.name()));
+    // The plane has no box; a node for the sphere and the cuboid is all the tree.
+    let tree = &report["tree"];
+    assert_eq!((&tree["primitives"], &tree["nodes"], &tree["depth"]), (&2.into(), &1.into(), &1.into()));
+    assert_eq!(
+        (&tree["fill"], &tree["bytes"], &tree["bytes_per_primitive"]),
+        (&1.0.into(), &256.into(), &128.0.into())
+    );
+    assert!(tree["sah_cost"].as_f64().unwrap() > 1.0);
 }
 
 #[test]
@@ -243,12 +311,19 @@ fn a_model_is_rendered_with_a_camera_lights_and_a_floor() {
     assert_eq!((&report["contents"]["triangles"], &report["contents"]["lights"]), (&6.into(), &2.into()));
     assert_eq!(report["imports"][0]["file"], "pyramid.OBJ");
     assert_eq!(report["imports"][0]["triangles"], 6);
+    // Six triangles are a block of eight under one node.
+    let tree = &report["imports"][0]["tree"];
+    assert_eq!([&tree["primitives"], &tree["nodes"], &tree["leaves"]], [6, 1, 1]);
+    assert_eq!((&tree["fill"], &tree["bytes"]), (&0.75.into(), &(256 + 320).into()));
+    assert_eq!(tree["bytes_per_primitive"], 96.0);
     let picture = picture(&place.file("p.png"));
     assert_eq!(picture.dimensions(), (60, 80));
     // The model stands in the middle, before floor and sky that the edges show.
     assert_ne!(picture.get_pixel(30, 40), picture.get_pixel(0, 40));
     let checked = place.run(&["check", "pyramid.OBJ"]);
     assert!(stdout(&checked).contains("6 triangles"), "{}", stdout(&checked));
+    let tree = "depth 1, SAH cost 1.0, 1 node, 1 block 75 % full, 576 bytes (96.0 each)";
+    assert!(stdout(&checked).contains(tree), "{}", stdout(&checked));
 
     fs::write(place.file("broken.obj"), "v 1 2 3\nf 1 2 3\n").unwrap();
     let output = place.run(&["render", "broken.obj"]);
@@ -292,8 +367,16 @@ fn check_lists_what_a_scene_has_and_writes_nothing() {
     let output = place.run(&["check", "room.toml"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let text = stdout(&output);
-    for part in ["room.toml", "96x64, 2 samples", "whitted", "objects     3", "lights      1", "materials", "trees in"]
-    {
+    for part in [
+        "room.toml",
+        "96x64, 2 samples",
+        "whitted",
+        "objects     3",
+        "lights      1",
+        "materials",
+        "trees in",
+        "traced with",
+    ] {
         assert!(text.contains(part), "{part} is missing in\n{text}");
     }
     assert!(place.new_files().is_empty());
@@ -343,6 +426,7 @@ fn what_cannot_be_asked_is_refused_with_code_2_before_anything_is_rendered() {
         (&["render", "room.toml", "--shading", "gouraud"], "whitted"),
         (&["room.toml", "room.toml"], "one scene"),
         (&["--threads"], "--threads"),
+        (&["check", "--isa", "avx1024"], "here there is portable"),
     ] {
         let output = place.run(command);
         assert_eq!(output.status.code(), Some(2), "{command:?}: {}", stderr(&output));
@@ -413,7 +497,7 @@ fn a_model_without_its_ending_is_one_error() {
 fn one_is_singular() {
     let place = Place::new("one");
     let text = stderr(&place.run(&["render", "room.toml", "--samples", "1", "--threads", "1"]));
-    assert!(text.contains("1 sample a pixel, 1 thread\n") && !text.contains("1 samples"), "{text}");
+    assert!(text.contains("1 sample a pixel, 1 thread, ") && !text.contains("1 samples"), "{text}");
 }
 
 #[test]

@@ -15,13 +15,13 @@ mod obj_part;
 mod report;
 mod resolve;
 mod triangulate;
-mod workers;
 
 pub use self::image::{Image, load_image, load_images};
 pub use obj::load_obj;
 pub use report::ImportReport;
 
 use crate::description::MaterialDesc;
+use crate::workers;
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt;
 use std::fs::{self, File};

@@ -6,14 +6,17 @@
 //!
 //! Traversal is written once over vectors of eight lanes and compiled for every instruction set in `simd`.
 
+mod bins;
 mod build;
 mod collapse;
 mod kernels;
+mod overlap;
 mod simd;
+mod split;
 mod triangles;
 
 pub use kernels::{BoxTest, TreeKernels};
-pub use simd::{Isa, Lanes, LeafVisitor};
+pub use simd::{Isa, IsaError, Lanes, LeafVisitor};
 pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
 
 use crate::geometry::Aabb;
@@ -77,6 +80,15 @@ impl Child {
         Self(LEAF | (blocks as u32) << COUNT_SHIFT | first as u32)
     }
 
+    /// The same child where its node or its blocks have moved by so much.
+    fn moved(self, nodes: usize, blocks: usize) -> Self {
+        match self {
+            Self::ABSENT => self,
+            _ if self.is_leaf() => Self(self.0 + blocks as u32),
+            _ => Self(self.0 + nodes as u32),
+        }
+    }
+
     #[inline(always)]
     fn is_leaf(self) -> bool {
         self.0 & LEAF != 0
@@ -92,6 +104,8 @@ impl Child {
 /// Numbers that describe a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BvhStats {
+    /// What is in the leaves.
+    pub primitives: usize,
     /// Inner nodes.
     pub nodes: usize,
     /// Leaves.
@@ -104,8 +118,15 @@ pub struct BvhStats {
     pub depth: usize,
     /// Expected cost of a random ray in node tests (surface-area heuristic).
     pub sah_cost: f32,
-    /// Bytes of nodes.
+    /// Bytes of nodes, and of blocks where they hold copies of the primitives ([`Triangles::stats`]).
     pub bytes: usize,
+}
+
+impl BvhStats {
+    /// Bytes over primitives; 0 for an empty tree.
+    pub fn bytes_per_primitive(&self) -> f64 {
+        self.bytes as f64 / self.primitives.max(1) as f64
+    }
 }
 
 impl Bvh {
@@ -117,6 +138,11 @@ impl Bvh {
     /// The largest coordinate of any box, in magnitude.
     pub fn extent(&self) -> f64 {
         self.extent
+    }
+
+    /// What its traversal is compiled for.
+    pub fn isa(&self) -> Isa {
+        self.isa
     }
 
     /// Bytes of all nodes.
@@ -136,6 +162,7 @@ impl Bvh {
     /// Describes the tree.
     pub fn stats(&self) -> BvhStats {
         let mut stats = BvhStats {
+            primitives: self.primitives,
             nodes: self.nodes.len(),
             blocks: self.blocks,
             fill: self.primitives as f64 / (self.blocks * self.block_size).max(1) as f64,

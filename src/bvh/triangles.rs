@@ -1,7 +1,7 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
-use super::simd::{Isa, Lanes, LeafVisitor};
-use super::{Bvh, EMPTY_SLOT, TreeKernels};
+use super::simd::{Isa, Lanes, LeafVisitor, filled};
+use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -47,24 +47,20 @@ pub struct Triangles {
 
 impl Triangles {
     /// Builds the tree over triangles, given by their corners.
-    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3], isa: Isa, threads: NonZeroUsize) -> Self {
-        let boxes: Vec<Aabb> = (0..count).map(|i| Aabb::of_points(corners(i))).collect();
-        let (tree, slots) = Bvh::build(&boxes, 8, isa, threads);
-        let blocks = slots
-            .chunks_exact(8)
-            .map(|slots| {
-                let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
-                for (lane, &id) in slots.iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
-                    for (corner, p) in corners(id as usize).into_iter().enumerate() {
-                        for axis in 0..3 {
-                            block.corners[corner][axis][lane] = p[axis];
-                        }
+    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync, isa: Isa, threads: NonZeroUsize) -> Self {
+        let (tree, slots) = Bvh::build(count, |i| Aabb::of_points(corners(i)), 8, isa, threads);
+        let blocks = filled(slots.len() / 8, threads, |k| {
+            let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
+            for (lane, &id) in slots[8 * k..][..8].iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
+                for (corner, p) in corners(id as usize).into_iter().enumerate() {
+                    for axis in 0..3 {
+                        block.corners[corner][axis][lane] = p[axis];
                     }
-                    block.ids[lane] = id;
                 }
-                block
-            })
-            .collect();
+                block.ids[lane] = id;
+            }
+            block
+        });
         Self { tree, blocks }
     }
 
@@ -73,9 +69,10 @@ impl Triangles {
         &self.tree
     }
 
-    /// Bytes of nodes and blocks.
-    pub fn bytes(&self) -> usize {
-        self.tree.bytes() + size_of_val(&*self.blocks)
+    /// Describes the tree; its bytes are those of nodes and blocks.
+    pub fn stats(&self) -> BvhStats {
+        let stats = self.tree.stats();
+        BvhStats { bytes: stats.bytes + size_of_val(&*self.blocks), ..stats }
     }
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
@@ -145,6 +142,7 @@ pub trait BlockTest {
 pub struct PlainWoopTest(TriangleRay);
 
 impl BlockTest for PlainWoopTest {
+    #[inline(always)]
     fn new(ray: &Ray, _extent: f64) -> Self {
         Self(TriangleRay::new(ray))
     }
@@ -159,6 +157,7 @@ impl BlockTest for PlainWoopTest {
         self.0.intersect_permuted(block.triangle(lane, self.0.axes), t_max)
     }
 
+    #[inline(always)]
     fn shorten(&mut self, _t_max: f64) {}
 }
 
@@ -309,6 +308,7 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
         (t > self.t_min && t <= t_max).then(|| (t, f64::from(self.u[lane & 7]), f64::from(self.v[lane & 7])))
     }
 
+    #[inline(always)]
     fn shorten(&mut self, _t_max: f64) {}
 }
 

@@ -1,5 +1,9 @@
 //! Flags, as clap reads them.
 
+use super::Failure;
+use super::compare::CompareArgs;
+use super::study::StudyCommand;
+use crate::bvh::Isa;
 use crate::description::{Filter, Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
@@ -31,12 +35,19 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// Say how far two pictures are apart
+    Compare(CompareArgs),
+    /// Measure speed, accuracy and growth, and draw them
+    #[command(subcommand)]
+    Study(StudyCommand),
 }
 
 #[derive(Debug, Args)]
 pub struct CheckArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub isa: IsaArg,
     #[command(flatten)]
     pub color: ColorArg,
 }
@@ -78,6 +89,8 @@ pub struct RenderArgs {
     /// Arithmetic that finds the hits
     #[arg(long, value_name = "PRESET", value_parser = named(Numerics::NAMES))]
     pub numerics: Option<Numerics>,
+    #[command(flatten)]
+    pub isa: IsaArg,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
     #[arg(
         long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size,
@@ -92,6 +105,32 @@ pub struct RenderArgs {
     pub quiet: bool,
     #[command(flatten)]
     pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct IsaArg {
+    /// Instruction set to trace with: portable (or sse2), avx2 or avx512 [default: GLIMT_ISA, or the fastest here]
+    #[arg(long, value_name = "NAME", value_parser = str::parse::<Isa>)]
+    isa: Option<Isa>,
+}
+
+impl IsaArg {
+    /// What the flag says, or else [`usual_isa`].
+    pub fn chosen(&self) -> Result<Isa, Failure> {
+        self.isa.map_or_else(usual_isa, Ok)
+    }
+}
+
+/// What the variable `GLIMT_ISA` says, or else the fastest that there is.
+pub fn usual_isa() -> Result<Isa, Failure> {
+    const VARIABLE: &str = "GLIMT_ISA";
+    match std::env::var_os(VARIABLE) {
+        Some(name) if !name.is_empty() => {
+            let name = name.to_string_lossy();
+            name.parse().map_err(|error| Failure::Asked(format!("the variable {VARIABLE} is '{name}': {error}")))
+        }
+        _ => Ok(Isa::best()),
+    }
 }
 
 #[derive(Debug, Args)]
@@ -131,7 +170,7 @@ impl RenderArgs {
 /// Most threads that can be asked for: more than any machine has processors, fewer than break one.
 const MAX_THREADS: usize = 1024;
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let form = "write it as 1280x720";
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or(form)?;
     let side = |text: &str| match text.trim().parse::<u32>() {
@@ -162,13 +201,13 @@ fn seconds(text: &str) -> Result<Duration, String> {
     found.map(Duration::from_secs_f64).ok_or_else(|| format!("must be from 0.001 to {MAX_SECONDS}"))
 }
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let in_range = |n: &NonZeroUsize| n.get() <= MAX_THREADS;
     text.parse().ok().filter(in_range).ok_or_else(|| format!("must be from 1 to {MAX_THREADS}"))
 }
 
 /// A whole number from `low` to `high`.
-fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
+pub(super) fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
     move |text: &str| {
         let found = text.parse().ok().filter(|number| (low..=high).contains(number));
         found.ok_or_else(|| format!("must be from {low} to {high}"))
@@ -181,7 +220,9 @@ fn tile_size(text: &str) -> Result<u32, &'static str> {
 }
 
 /// One of the values of a table, by name.
-fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
+pub(super) fn named<T: Copy + Send + Sync + 'static>(
+    names: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _)| PossibleValue::new(*name))).try_map(move |text| {
         names.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or("no such value")
     })
@@ -273,6 +314,7 @@ mod tests {
             ("--shading gouraud", "lambert, phong, whitted"),
             ("--shadows soft", "opaque, filtered"),
             ("--numerics exact", "classic, fast, robust, reference"),
+            ("--isa mmx", "no such instruction set; here there is portable"),
             ("--color sometimes", "auto, truecolor, 256, never"),
         ] {
             let message = parse(&format!("glimt {flags}")).unwrap_err();

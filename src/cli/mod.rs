@@ -2,9 +2,11 @@
 
 mod args;
 mod check;
+mod compare;
 mod failure;
 mod model_scene;
 mod open;
+mod study;
 
 use crate::description::{FilmDesc, printable};
 use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
@@ -35,6 +37,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let (color, done) = match &cli.command {
         Some(Command::Render(args)) => (args.color.color, render(args, begun)),
         Some(Command::Check(args)) => (args.color.color, check(args)),
+        Some(Command::Compare(args)) => (args.color.color, compare::compare(args)),
+        Some(Command::Study(command)) => (command.color(), study::run(command)),
         None => (cli.show.color.color, show(&cli.show, begun)),
     };
     match done {
@@ -53,7 +57,7 @@ fn answer(from_clap: &clap::Error) -> ExitCode {
             Some(twice) => format!("error: {twice} is given twice; give it once"),
             // Clap takes the second of two scenes for a command.
             None => {
-                "error: there can be one scene, and a command (render or check) stands before all options".to_owned()
+                "error: there can be one scene, and a command (such as render) stands before all options".to_owned()
             }
         },
         _ => from_clap.render().to_string(),
@@ -85,6 +89,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         compiled: opened.compiled.take().map(Arc::new),
         output,
         threads: args.settings().threads,
+        isa: opened.isa,
         color: args.color.color,
     };
     let outcome = tui::run(options).map_err(|error| match error {
@@ -140,7 +145,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
 
 /// `glimt check`
 fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let opened = Opened::new(args.scene.as_deref(), None)?;
+    let opened = Opened::new(args.scene.as_deref(), None, args.isa.chosen()?)?;
     let scene = opened.compile()?;
     print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
     Ok(ExitCode::SUCCESS)
@@ -150,7 +155,7 @@ fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 /// picture that is too large are found before the work, not after it.
 fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
     let film = args.size.map(|(width, height)| FilmDesc { width, height });
-    let mut opened = Opened::new(args.scene.as_deref(), film)?;
+    let mut opened = Opened::new(args.scene.as_deref(), film, args.isa.chosen()?)?;
     args.override_scene(&mut opened.desc);
     let output = args.output.clone().unwrap_or_else(|| opened.default_output());
     if output.as_os_str() == "-" {

@@ -1,11 +1,12 @@
 //! A scene around a model: a camera that frames it, two lights and a floor.
 
+use crate::bvh::Isa;
 use crate::description::{
     Background, CameraDesc, FilmDesc, LightDesc, LightKind, MaterialDesc, ObjectDesc, Projection, RenderDesc,
     SceneDesc, ShapeDesc, WorldDesc, limits, parse_color,
 };
 use crate::math::Rgb;
-use crate::scene::{CompileError, Object, Scene, Shape, compile};
+use crate::scene::{CompileError, Object, Scene, Shape, compile_for};
 use glam::DVec3;
 use std::path::Path;
 
@@ -18,11 +19,11 @@ const FILL: f64 = 0.92;
 
 /// A scene that shows the model in `file`, framed for `film`, and the model compiled, so that it need not be read again.
 /// Errors are those of reading the model.
-pub fn scene_of_model(file: &Path, film: FilmDesc) -> Result<(SceneDesc, Scene), CompileError> {
+pub fn scene_of_model(file: &Path, film: FilmDesc, isa: Isa) -> Result<(SceneDesc, Scene), CompileError> {
     let stem = file.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
     let mesh = ShapeDesc::Mesh { file: file.to_path_buf(), crease: limits::DEFAULT_CREASE };
     let model = ObjectDesc { name: stem, ..ObjectDesc::new(mesh) };
-    let alone = compile(&SceneDesc { objects: vec![model.clone()], ..SceneDesc::default() }, None)?;
+    let alone = compile_for(&SceneDesc { objects: vec![model.clone()], ..SceneDesc::default() }, None, isa)?;
     let (lower, upper) = alone
         .objects()
         .iter()
@@ -46,6 +47,7 @@ fn around(model: ObjectDesc, bare: bool, lower: DVec3, upper: DVec3, film: FilmD
         kind: LightKind::Directional { direction: -from },
         color: color(tint),
         intensity,
+        visible: true,
     };
     let ground = ObjectDesc {
         name: "floor".into(),

@@ -2,8 +2,9 @@
 
 use super::Failure;
 use super::model_scene::scene_of_model;
+use crate::bvh::Isa;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
-use crate::scene::{CompileError, Scene, compile};
+use crate::scene::{CompileError, Scene, compile_for};
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -17,6 +18,8 @@ pub struct Opened {
     text: Option<String>,
     /// The file, or [`DEMO`].
     pub file: PathBuf,
+    /// What it is compiled for.
+    pub isa: Isa,
     /// What of it is compiled already.
     pub compiled: Option<Scene>,
     /// Time to read it, without that to build trees.
@@ -31,12 +34,12 @@ const MAX_TEXT: u64 = 256 << 20;
 impl Opened {
     /// Reads a scene, or makes one for a model; the demo scene if there is no file. `film`: the size that the flags
     /// ask for, which a model is framed for.
-    pub fn new(file: Option<&Path>, film: Option<FilmDesc>) -> Result<Self, Failure> {
+    pub fn new(file: Option<&Path>, film: Option<FilmDesc>, isa: Isa) -> Result<Self, Failure> {
         let begun = Instant::now();
         let file = file.unwrap_or(Path::new(DEMO));
         let is_model = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
         let (desc, text, compiled) = if is_model {
-            let (desc, model) = scene_of_model(file, film.unwrap_or_default()).map_err(Failure::asked)?;
+            let (desc, model) = scene_of_model(file, film.unwrap_or_default(), isa).map_err(Failure::asked)?;
             (desc, None, Some(model))
         } else {
             let text = read(file)?;
@@ -52,12 +55,12 @@ impl Opened {
         };
         let build_time = compiled.as_ref().map_or(Duration::ZERO, |model| model.summary.build_time);
         let load_time = begun.elapsed().saturating_sub(build_time);
-        Ok(Self { desc, text, file: file.to_path_buf(), compiled, load_time, build_time })
+        Ok(Self { desc, text, file: file.to_path_buf(), isa, compiled, load_time, build_time })
     }
 
     /// The scene that rays meet.
     pub fn compile(&self) -> Result<Scene, Failure> {
-        compile(&self.desc, self.compiled.as_ref()).map_err(|error| self.locate(error))
+        compile_for(&self.desc, self.compiled.as_ref(), self.isa).map_err(|error| self.locate(error))
     }
 
     /// Shows where in the scene file it stands what cannot be compiled.

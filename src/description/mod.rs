@@ -5,14 +5,26 @@
 
 mod builtin;
 mod diagnostic;
+pub mod edit;
 mod escape;
+mod expression;
+mod history;
+mod interval;
 mod names;
+pub mod parameter;
 mod parse;
+mod save;
+mod target;
 
 pub use builtin::{DEMO, builtin};
 pub use diagnostic::Diagnostic;
 pub use escape::printable;
-pub use parse::{Entry, parse, parse_color, point_out};
+pub use expression::Expression;
+pub use history::History;
+pub use interval::Interval;
+pub use parse::{color_code, parse, parse_color, point_out};
+pub use save::{SaveError, Source, save};
+pub use target::{Refused, Target};
 
 use crate::math::Rgb;
 use glam::{DVec2, DVec3};
@@ -174,6 +186,8 @@ pub struct LightDesc {
     pub color: Rgb,
     /// Factor on the colour, at least 0.
     pub intensity: f64,
+    /// Whether it shines: `visible = false` turns it off.
+    pub visible: bool,
 }
 
 /// Where a light shines from.
@@ -288,6 +302,8 @@ pub struct ObjectDesc {
     pub rotate: DVec3,
     /// Factors along the object's axes, none of them 0.
     pub scale: DVec3,
+    /// Whether it is there for any ray: `visible = false` takes it out of the picture and keeps it in the file.
+    pub visible: bool,
 }
 
 /// `shape` of an object. All are centred on the object's origin; the axis of cylinder and cone is y, plane and quad
@@ -383,6 +399,7 @@ impl Default for LightDesc {
             kind: LightKind::Point { position: DVec3::new(4.0, 6.0, 3.0), falloff: Falloff::None },
             color: Rgb::WHITE,
             intensity: 1.0,
+            visible: true,
         }
     }
 }
@@ -416,6 +433,7 @@ impl ObjectDesc {
             translate: DVec3::ZERO,
             rotate: DVec3::ZERO,
             scale: DVec3::ONE,
+            visible: true,
         }
     }
 }
@@ -442,6 +460,10 @@ pub mod limits {
     pub const MAX_LIGHT: f64 = 1e9;
     /// Largest k_a, k_d and k_s.
     pub const MAX_COEFFICIENT: f64 = 1e6;
+    /// Ranks of overlapping bodies.
+    pub const PRIORITY: std::ops::RangeInclusive<i64> = -1000..=1000;
+    /// Sine of the smallest angle between view and `up`.
+    pub const MIN_UP_SINE: f64 = 1e-9;
     /// Vertical angle of view where none is given, degrees.
     pub const DEFAULT_FOV: f64 = 40.0;
     /// Crease angle where none is given, degrees.

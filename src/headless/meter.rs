@@ -47,7 +47,8 @@ impl Meter {
                     Some(_) => "as well as time allows".to_owned(),
                     None => format!("{samples} sample{} a pixel", plural(samples as usize)),
                 };
-                tell(format_args!("rendering {width}x{height}, {aim}, {threads} thread{}", plural(threads)));
+                let isa = scene.isa().name();
+                tell(format_args!("rendering {width}x{height}, {aim}, {threads} thread{}, {isa}", plural(threads)));
                 Self::Lines { tenth: 0, last: now }
             }
         }

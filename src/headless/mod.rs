@@ -7,11 +7,11 @@ mod signals;
 
 pub use memory::{TooLarge, check_memory};
 pub use report::{Report, Seconds};
+pub use signals::Signals;
 
 use crate::render::{Film, Progress, RenderError, RenderEvent, Settings, start};
 use crate::scene::Scene;
 use meter::Meter;
-use signals::Signals;
 use std::fmt;
 use std::io;
 use std::sync::Arc;

@@ -2,9 +2,10 @@
 
 use super::meter::span;
 use super::{Rendered, memory};
+use crate::bvh::BvhStats;
 use crate::description::printable;
 use crate::render::Settings;
-use crate::scene::Scene;
+use crate::scene::{Imported, Scene};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -44,6 +45,8 @@ pub struct Report {
     pub max_depth: u32,
     /// Worker threads.
     pub threads: usize,
+    /// Instruction set.
+    pub isa: &'static str,
     /// Side of a tile, pixels.
     pub tile_size: u32,
     /// Wall time.
@@ -62,6 +65,8 @@ pub struct Report {
     pub pixel_hash: String,
     /// What the scene has.
     pub contents: Contents,
+    /// The tree over the objects.
+    pub tree: Tree,
     /// What importing each model found.
     pub imports: Vec<Import>,
     /// Things that are probably not meant, and what models name that is missing or ignored.
@@ -141,6 +146,44 @@ pub struct Import {
     pub dropped_degenerate: usize,
     /// What was computed, ignored or not found.
     pub notes: Vec<String>,
+    /// The tree over its triangles.
+    pub tree: Tree,
+}
+
+/// A tree of boxes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Tree {
+    /// Objects or triangles.
+    pub primitives: usize,
+    /// Inner nodes, of up to eight children.
+    pub nodes: usize,
+    /// Leaves.
+    pub leaves: usize,
+    /// Longest way from the root to a leaf, in nodes.
+    pub depth: usize,
+    /// How full the blocks of the leaves are, from 0 to 1.
+    pub fill: f64,
+    /// Expected tests of nodes and blocks that a random ray through the tree's box costs.
+    pub sah_cost: f32,
+    /// Nodes, and the blocks of triangles.
+    pub bytes: usize,
+    /// The same over the primitives.
+    pub bytes_per_primitive: f64,
+}
+
+impl Tree {
+    fn new(stats: &BvhStats) -> Self {
+        Self {
+            primitives: stats.primitives,
+            nodes: stats.nodes,
+            leaves: stats.leaves,
+            depth: stats.depth,
+            fill: stats.fill,
+            sah_cost: stats.sah_cost,
+            bytes: stats.bytes,
+            bytes_per_primitive: stats.bytes_per_primitive(),
+        }
+    }
 }
 
 impl Report {
@@ -155,11 +198,12 @@ impl Report {
         seconds: Seconds,
     ) -> Self {
         let (summary, progress, rays) = (&scene.summary, &rendered.progress, rendered.progress.rays);
-        let imports = summary.imports.iter().map(|(file, report)| Import {
+        let imports = summary.imports.iter().map(|Imported { file, report, tree }| Import {
             file: file.to_string_lossy().into_owned(),
             triangles: report.triangles,
             dropped_degenerate: report.dropped_degenerate,
             notes: report.normals.iter().chain(&report.notes).cloned().collect(),
+            tree: Tree::new(tree),
         });
         let workers = progress.workers.iter().map(|worker| Worker {
             busy_seconds: worker.busy.as_secs_f64(),
@@ -182,6 +226,7 @@ impl Report {
             numerics: scene.render.numerics.name(),
             max_depth: scene.render.max_depth,
             threads: settings.threads.get(),
+            isa: scene.isa().name(),
             tile_size: settings.tile_size,
             seconds,
             rays: Rays {
@@ -205,6 +250,7 @@ impl Report {
                 materials: summary.materials,
                 textures: summary.textures,
             },
+            tree: Tree::new(&summary.tree),
             imports: imports.collect(),
             warnings: summary.warnings.clone(),
         }

@@ -21,9 +21,14 @@ pub fn save_png(film: &Film, file: &Path) -> io::Result<()> {
 
 /// The bytes of the PNG file.
 fn encode(film: &Film) -> io::Result<Vec<u8>> {
+    encode_png(film.width(), film.height(), &film.to_srgb8())
+}
+
+/// The bytes of a PNG file with these sRGB codes, three a pixel, row by row.
+pub fn encode_png(width: u32, height: u32, codes: &[u8]) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
-        .write_image(&film.to_srgb8(), film.width(), film.height(), ExtendedColorType::Rgb8)
+        .write_image(codes, width, height, ExtendedColorType::Rgb8)
         .map_err(io::Error::other)?;
     bytes.splice(AFTER_HEADER..AFTER_HEADER, SRGB_CHUNK);
     Ok(bytes)

@@ -234,7 +234,7 @@ impl Worker {
 
     fn tracer(&self) -> Tracer<'_> {
         let Shared { scene, control, .. } = &*self.shared;
-        Tracer { scene, sampler: sampler(&scene.render), control }
+        Tracer { scene, sampler: sampler(scene), control }
     }
 
     /// Traces a pass of the list.

@@ -10,7 +10,7 @@ use super::round::Round;
 use crate::description::Filter;
 use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
-use crate::shading::{RayCounts, Sample, Sampler};
+use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -61,6 +61,7 @@ pub(super) struct Batch {
     /// The pixel of each point, row by row in the tile.
     pixels: Vec<u32>,
     samples: Vec<Sample>,
+    scratch: Scratch,
     /// Pixels of a round of refinement and how many samples they are to have.
     wanted: Vec<(u32, u32)>,
     /// Those of them that have a single sample.
@@ -196,7 +197,7 @@ impl Tile {
         stats.rays += loop {
             control.look_at_the_clock();
             let mut rays = RayCounts::default();
-            sampler(scene, &batch.points, &mut batch.samples, &mut rays, control.stop());
+            sampler(scene, &batch.points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
             if !control.stop().load(Ordering::Relaxed) {
                 break rays;
             }

@@ -3,13 +3,13 @@
 use super::object::canonical_scale;
 use super::texture::Source;
 use super::{
-    Assets, Camera, Geometry, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape, Summary,
-    Texture,
+    Assets, Camera, Geometry, Imported, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape,
+    Summary, Texture,
 };
 use crate::assets::{AssetError, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
-    Entry, MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, TextureDesc, TextureSource, printable,
+    MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, printable,
 };
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Why a description cannot be compiled.
@@ -50,7 +50,7 @@ pub enum CompileError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// Its entry in the description.
-    pub entry: Entry,
+    pub entry: Target,
     /// Its name, for people: `object "ball"`.
     pub label: String,
 }
@@ -58,9 +58,9 @@ pub struct Part {
 impl CompileError {
     /// The entry of the description that cannot be compiled, and the keys of it that may be the reason, the likeliest
     /// first.
-    pub fn place(&self) -> (Entry, &'static [&'static str]) {
+    pub fn place(&self) -> (Target, &'static [&'static str]) {
         match self {
-            Self::Camera => (Entry::Camera, &["look_at", "position", "up"]),
+            Self::Camera => (Target::Camera, &["look_at", "position", "up"]),
             Self::Singular { object } => (object.entry, &["scale", "size", "radius", "height", "data", "file"]),
             Self::UnknownMaterial { object, .. } => (object.entry, &["material"]),
             Self::Asset { user, .. } => (user.entry, &["file", "texture"]),
@@ -95,18 +95,28 @@ impl fmt::Display for CompileError {
 
 impl std::error::Error for CompileError {}
 
-/// Compiles a description, sharing with `previous` every mesh, picture and tree whose inputs are equal: editing a camera,
-/// a light or a material rebuilds nothing, moving an object only the tree over the objects.
+/// [`compile_for`] the instruction set that is the best here.
 pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, CompileError> {
+    compile_for(desc, previous, Isa::best())
+}
+
+/// Compiles a description for an instruction set that this processor has, sharing with `previous` every mesh, picture and tree whose inputs are equal: editing a camera,
+/// a light or a material rebuilds nothing, moving an object only the tree over the objects.
+/// Nothing is shared with a scene compiled for another instruction set.
+///
+/// # Panics
+/// If the processor does not have `isa`.
+pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Result<Scene, CompileError> {
+    let previous = previous.filter(|p| p.isa() == isa);
     let (width, height) = (desc.film.width, desc.film.height);
     let camera = Camera::new(&desc.camera, width, height).ok_or(CompileError::Camera)?;
     let start = Instant::now();
-    let assets = load_assets(desc, previous.map(|p| &p.assets))?;
+    let assets = load_assets(desc, previous.map(|p| &p.assets), isa)?;
     let load_time = start.elapsed().saturating_sub(assets.build_time);
     let start = Instant::now();
     let geometry = match previous {
         Some(p) if same_places(&p.geometry.sources, &desc.objects) => p.geometry.clone(),
-        _ => Arc::new(Geometry::build(&desc.objects, &assets)?),
+        _ => Arc::new(Geometry::build(&desc.objects, &assets, isa)?),
     };
     let build_time = start.elapsed() + assets.build_time;
     let assets = assets.assets;
@@ -117,9 +127,10 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
         render: desc.render,
         camera,
         world: desc.world,
-        lights: desc.lights.iter().map(Light::new).collect(),
+        lights: desc.lights.iter().filter(|light| light.visible).map(Light::new).collect(),
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
+        described_materials: desc.materials.len(),
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -127,6 +138,7 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
         eye_media: MediumStack::default(),
     };
     if scene.has_media {
+        scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
     scene.describe(desc);
@@ -140,7 +152,7 @@ struct Loaded {
 }
 
 /// Models one after the other, each by all threads, for they may be large; then all pictures at once.
-fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, CompileError> {
+fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<Loaded, CompileError> {
     let mut assets = Assets::default();
     let mut build_time = Duration::ZERO;
     for (index, object) in desc.objects.iter().enumerate() {
@@ -155,7 +167,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
                 let model = load_obj(file, *crease, threads())
                     .map_err(|error| CompileError::Asset { user: part(index, &object.name), error })?;
                 let start = Instant::now();
-                let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
+                let mesh = Arc::new(Mesh::new(model, isa, threads()));
                 build_time += start.elapsed();
                 mesh
             }
@@ -164,11 +176,11 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>) -> Result<Loaded, Co
     }
     let described = desc.materials.iter().enumerate().map(|(index, m)| {
         let label = format!("material \"{}\"", m.name);
-        (m, Part { entry: Entry::Material(index), label })
+        (m, Part { entry: Target::Material(index), label })
     });
     let of_meshes = assets.meshes.iter().flat_map(|((file, _), mesh)| {
         let uses = |o: &ObjectDesc| matches!(&o.shape, ShapeDesc::Mesh { file: used, .. } if used == file);
-        let entry = Entry::Object(desc.objects.iter().position(uses).unwrap_or_default());
+        let entry = Target::Object(desc.objects.iter().position(uses).unwrap_or_default());
         mesh.materials.iter().map(move |m| {
             let label = format!("material \"{}\" of {}", m.name, file.display());
             (m, Part { entry, label })
@@ -238,9 +250,9 @@ fn compile_texture(desc: &TextureDesc, assets: &Assets) -> Texture {
 }
 
 impl Geometry {
-    fn build(sources: &[ObjectDesc], loaded: &Loaded) -> Result<Self, CompileError> {
+    fn build(sources: &[ObjectDesc], loaded: &Loaded, isa: Isa) -> Result<Self, CompileError> {
         let mut objects = Vec::with_capacity(sources.len());
-        for (index, source) in sources.iter().enumerate() {
+        for (index, source) in sources.iter().enumerate().filter(|(_, source)| source.visible) {
             place(source, index, &loaded.assets, &mut objects)
                 .ok_or_else(|| CompileError::Singular { object: part(index, &source.name) })?;
         }
@@ -255,9 +267,9 @@ impl Geometry {
                 (None, _) => {} // A mesh without triangles.
             }
         }
-        let (tree, slots) = Bvh::build(&boxes, 1, Isa::best(), threads());
+        let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded })
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, clearances: OnceLock::new() })
     }
 }
 
@@ -304,14 +316,14 @@ fn threads() -> NonZeroUsize {
 }
 
 fn same_places(a: &[ObjectDesc], b: &[ObjectDesc]) -> bool {
-    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale);
+    let place = |o: &ObjectDesc| (o.translate, o.rotate, o.scale, o.visible);
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.shape == b.shape && place(a) == place(b))
 }
 
 /// The object with this index: `object "ball"` or `object 3`.
 fn part(index: usize, name: &str) -> Part {
     let label = if name.is_empty() { format!("object {}", index + 1) } else { format!("object \"{name}\"") };
-    Part { entry: Entry::Object(index), label }
+    Part { entry: Target::Object(index), label }
 }
 
 impl Scene {
@@ -329,9 +341,11 @@ impl Scene {
         s.materials = desc.materials.len();
         s.textures = self.assets.images.len();
         s.tree = geometry.tree.stats();
-        s.imports = meshes.map(|((path, _), mesh)| (path.clone(), mesh.report.clone())).collect();
+        s.imports = meshes
+            .map(|((path, _), mesh)| Imported { file: path.clone(), report: mesh.report.clone(), tree: mesh.stats() })
+            .collect();
         s.warnings = warnings(desc);
-        for (file, report) in &s.imports {
+        for Imported { file, report, .. } in &s.imports {
             s.warnings.extend(report.notes.iter().map(|note| format!("{}: {note}", file.display())));
         }
         // A model that is used with two crease angles was imported twice.

@@ -4,6 +4,7 @@ use crate::assets::{ImportReport, Model};
 use crate::bvh::{BvhStats, Isa, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
 use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv};
+use crate::workers;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::num::NonZeroUsize;
 
@@ -31,13 +32,14 @@ impl Mesh {
     pub fn new(model: Model, isa: Isa, threads: NonZeroUsize) -> Self {
         let Model { centre, positions, normals, uvs, mut triangles, triangle_materials, materials, report } = model;
         let corners_of = |t: &[u32; 3]| t.map(|i| positions[i as usize]);
-        let signed_volume: f64 = triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = corners_of(t).map(|p| p.as_dvec3());
-                a.dot(b.cross(c)) / 6.0
-            })
-            .sum();
+        let signed_volume_of = |t: &[u32; 3]| {
+            let [a, b, c] = corners_of(t).map(|p| p.as_dvec3());
+            a.dot(b.cross(c)) / 6.0
+        };
+        // Pieces of one size, so that the sum does not depend on the number of threads.
+        let pieces = triangles.chunks(1 << 14).collect();
+        let volumes = workers::map(threads, pieces, |piece| piece.iter().map(signed_volume_of).sum::<f64>());
+        let signed_volume: f64 = volumes.into_iter().sum();
         if signed_volume < 0.0 {
             triangles.iter_mut().for_each(|t| t.swap(1, 2));
         }
@@ -63,7 +65,7 @@ impl Mesh {
 
     /// Describes the tree.
     pub fn stats(&self) -> BvhStats {
-        self.tree.tree().stats()
+        self.tree.stats()
     }
 
     /// Index of a triangle's material among the file's.

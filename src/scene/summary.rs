@@ -5,6 +5,17 @@ use crate::bvh::BvhStats;
 use std::path::PathBuf;
 use std::time::Duration;
 
+/// What became of a model.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// Its path.
+    pub file: PathBuf,
+    /// What importing found.
+    pub report: ImportReport,
+    /// The tree over its triangles.
+    pub tree: BvhStats,
+}
+
 /// Counts, reports and warnings of compiling a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
@@ -24,8 +35,8 @@ pub struct Summary {
     pub textures: usize,
     /// The tree over the objects.
     pub tree: BvhStats,
-    /// Import reports of models, by path.
-    pub imports: Vec<(PathBuf, ImportReport)>,
+    /// Models, by path.
+    pub imports: Vec<Imported>,
     /// Things that are probably not meant, and what models name that is missing or ignored, one sentence each.
     pub warnings: Vec<String>,
     /// Time to read models and pictures (zero for what was shared with the previous scene).

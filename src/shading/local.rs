@@ -1,43 +1,147 @@
-//! The light that a surface sends toward the viewer by itself: ambient, diffuse and highlights.
+//! The light that surfaces send toward the viewer by themselves: ambient, diffuse and highlights.
 
-use crate::geometry::{Kernels, SurfaceInteraction};
+use super::crossing::{Crossing, cross, slack};
+use super::packet::{Beam, Level, Lighting, Surface};
+use super::sampler::terms;
+use crate::bvh::TreeKernels;
+use crate::description::Shadows;
+use crate::geometry::{Hit, Ray};
 use crate::math::Rgb;
-use crate::scene::{Illumination, Material, Scene};
-use glam::DVec3;
+use crate::scene::{Light, MediumStack, PacketScratch, Scene};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// k_a I_a C + k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s at a surface with its colour `C`. `view`: unit, toward the
-/// viewer; `normal`: unit, on the viewer's side. `visible` tells which part of a light arrives; it is asked only for lights
-/// in front of the surface.
-pub(super) fn local_radiance<K: Kernels, const HIGHLIGHTS: bool>(
+/// Adds k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s to the sums of a packet, light after light. Returns how many
+/// shadow rays that took; they are traced for lights in front of a surface only.
+pub(super) fn add_lights<K: TreeKernels, const TERMS: u8>(
     scene: &Scene,
-    material: &Material,
-    interaction: &SurfaceInteraction,
-    normal: DVec3,
-    view: DVec3,
-    mut visible: impl FnMut(&Illumination) -> f64,
-) -> Rgb {
-    let color = material.color(|| scene.uv(interaction));
-    let mut sum = scene.world.ambient * color * material.ambient;
-    let highlights = HIGHLIGHTS && material.specular > 0.0;
-    if material.diffuse == 0.0 && !highlights {
-        return sum;
-    }
+    lighting: &mut Lighting,
+    level: &mut Level,
+    packets: &mut PacketScratch,
+    stop: &AtomicBool,
+) -> u64 {
+    let mut traced = 0;
     for light in &scene.lights {
-        let Some(light) = light.illuminate(interaction.point) else { continue };
-        let cosine = normal.dot(light.direction);
-        if cosine <= 0.0 {
-            continue;
+        if stop.load(Ordering::Relaxed) {
+            break;
         }
-        let part = visible(&light);
-        if part == 0.0 {
-            continue;
+        lighting.gather::<K, TERMS>(light);
+        if TERMS & terms::SHADOWS != 0 {
+            traced += lighting.shadow_rays.len() as u64;
+            if TERMS & terms::GLASS != 0 && scene.has_media() && scene.render.shadows == Shadows::Filtered {
+                lighting.filter::<K>(scene, &level.media, packets, stop);
+            } else {
+                lighting.occlude::<K>(scene, packets);
+            }
         }
-        let mut response = color * (material.diffuse * cosine);
-        if highlights {
-            let mirrored = normal * (2.0 * cosine) - light.direction;
-            response += Rgb::grey(material.specular * K::highlight(mirrored.dot(view), material.shininess));
+        for beam in lighting.beams.iter().filter(|beam| beam.part != 0.0) {
+            let surface = &lighting.surfaces[beam.surface as usize];
+            let material = &scene.materials[surface.interaction.material as usize];
+            let mut response = surface.color * (material.diffuse * beam.cosine);
+            if TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
+                let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
+                let highlight = K::highlight(mirrored.dot(surface.view), material.shininess);
+                response += Rgb::grey(material.specular * highlight);
+            }
+            level.sums[surface.index as usize] += beam.radiance * response * beam.part;
         }
-        sum += light.radiance * response * part;
     }
-    sum
+    traced
+}
+
+impl Lighting {
+    /// What a light sends to the surfaces that it is in front of, and the shadow rays.
+    fn gather<K: TreeKernels, const TERMS: u8>(&mut self, light: &Light) {
+        self.beams.clear();
+        self.shadow_rays.clear();
+        for (surface, Surface { interaction, normal, .. }) in (0..).zip(&self.surfaces) {
+            let Some(light) = light.illuminate(interaction.point) else { continue };
+            let cosine = normal.dot(light.direction);
+            if cosine <= 0.0 {
+                continue;
+            }
+            if TERMS & terms::SHADOWS != 0 {
+                let ray = match light.position {
+                    Some(position) => interaction.shadow_ray_to::<K>(position),
+                    None => Some(interaction.shadow_ray_along::<K>(light.direction)),
+                };
+                let Some(ray) = ray else { continue };
+                self.shadow_rays.push(ray);
+            }
+            self.beams.push(Beam { surface, direction: light.direction, cosine, radiance: light.radiance, part: 1.0 });
+        }
+    }
+
+    /// Takes away the beams that meet something.
+    fn occlude<K: TreeKernels>(&mut self, scene: &Scene, packets: &mut PacketScratch) {
+        self.occluded.resize(self.shadow_rays.len(), false);
+        scene.occluded_packet::<K>(&self.shadow_rays, &mut self.occluded, packets);
+        for (beam, _) in self.beams.iter_mut().zip(&self.occluded).filter(|(_, occluded)| **occluded) {
+            beam.part = 0.0;
+        }
+    }
+
+    /// Weakens the beams that pass transparent surfaces by the product of their k_t. `media`: around the packet's rays.
+    fn filter<K: TreeKernels>(
+        &mut self,
+        scene: &Scene,
+        media: &[MediumStack],
+        packets: &mut PacketScratch,
+        stop: &AtomicBool,
+    ) {
+        self.occluded.clear();
+        self.occluded.resize(self.shadow_rays.len(), true);
+        // From inside of a body all rays meet something.
+        if media.iter().filter(|media| media.is_empty()).count() >= media.len() / 2 {
+            scene.occluded_packet::<K>(&self.shadow_rays, &mut self.occluded, packets);
+        }
+        for ((beam, ray), _) in
+            self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.occluded).filter(|(_, occluded)| **occluded)
+        {
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let surface = &self.surfaces[beam.surface as usize];
+            beam.part = transmittance::<K>(scene, *ray, media[surface.index as usize], &mut self.glass);
+        }
+    }
+}
+
+/// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: room.
+fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
+    if scene.blocked::<K>(&ray, hits) {
+        return 0.0;
+    }
+    let mut part = 1.0;
+    while part > 0.0 {
+        let Some(&hit) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };
+        part *= pass::<K>(scene, &mut ray, &hit, &mut media);
+        // On to the next hits with the objects that are passed.
+        hits.retain_mut(|hit| {
+            let next = if hit.t > ray.t_min {
+                Some(*hit)
+            } else {
+                scene.objects()[hit.object as usize].intersect::<K>(&ray, hit.object)
+            };
+            next.map(|next| *hit = next).is_some()
+        });
+    }
+    part
+}
+
+/// The part of the light that gets through what a shadow ray meets. The same ray goes on behind the hit: nothing is computed
+/// anew, so nothing is met twice or skipped.
+fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> f64 {
+    if scene.materials[scene.material_of(hit.object, hit.primitive) as usize].transmit == 0.0 {
+        return 0.0;
+    }
+    let interaction = scene.interaction::<K>(ray, hit);
+    let slack = slack(ray, hit, &interaction);
+    let (beyond, part) = match cross::<K>(scene, ray, hit, &interaction, media, slack) {
+        Crossing::Opaque(_) => return 0.0,
+        Crossing::Nothing(beyond) => (beyond, 1.0),
+        Crossing::Surface(beyond, transmit) => (beyond, transmit),
+    };
+    ray.t_min = hit.t + slack;
+    *media = beyond;
+    part
 }

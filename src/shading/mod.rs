@@ -2,9 +2,20 @@
 //!
 //! I = k_a I_a C + k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s + k_r I_r + k_t I_t
 //!
+//! Samples are traced in packets: all their camera rays together, then the shadow rays of all surfaces toward one light
+//! after the other, then all mirrored rays with everything that follows from them, then all refracted rays. That is the
+//! order in which one sample alone would be traced, so every sum is made of the same numbers in the same order, whatever
+//! else is in the packet.
+//!
 //! [`sampler`] picks, once a render, the code that has just the terms and the arithmetic which the scene asks for.
 
+mod crossing;
 mod local;
+mod packet;
 mod radiance;
+mod sample;
+mod sampler;
 
-pub use radiance::{RayCounts, Sample, Sampler, sampler};
+pub use packet::Scratch;
+pub use sample::{RayCounts, Sample};
+pub use sampler::{Sampler, sampler};

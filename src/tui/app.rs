@@ -8,6 +8,7 @@ use super::key::Key;
 use super::layout::{self, Layout};
 use super::numbers::Numbers;
 use super::preview::Preview;
+use crate::bvh::Isa;
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress, RenderEvent};
 use crate::scene::{CompileError, Scene};
@@ -481,6 +482,11 @@ impl App {
     /// The numbers to show.
     pub fn numbers(&self) -> Option<&Numbers> {
         self.numbers.as_ref()
+    }
+
+    /// The instruction set that rays are traced with, once there is a scene.
+    pub fn isa(&self) -> Option<Isa> {
+        self.scene.as_ref().map(|scene| scene.isa())
     }
 
     /// What is going on.

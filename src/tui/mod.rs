@@ -30,6 +30,7 @@ mod terminal;
 pub mod view;
 pub mod writer;
 
+use crate::bvh::Isa;
 use crate::description::SceneDesc;
 use crate::scene::{CompileError, Scene};
 use std::fmt;
@@ -52,6 +53,8 @@ pub struct Options {
     pub output: PathBuf,
     /// Worker threads.
     pub threads: NonZeroUsize,
+    /// What scenes are compiled for.
+    pub isa: Isa,
     /// Colours of the terminal.
     pub color: ColorChoice,
 }

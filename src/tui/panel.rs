@@ -6,6 +6,7 @@ use super::format::{rough_time, samples, si, time, view};
 pub use super::layout::Panel;
 use super::layout::THREAD_WIDTH;
 use super::numbers::Numbers;
+use crate::bvh::Isa;
 use crate::render::{Pass, Rect as Tile};
 use glam::DVec3;
 use ratatui::buffer::Buffer;
@@ -83,7 +84,9 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         const CAMERA_LINES: usize = 5;
         let room = usize::from(area.height).saturating_sub(lines.len() + 2);
         let all_fit = numbers.workers.len() + CAMERA_LINES <= room;
-        threads(mode, numbers, width, if all_fit { room - CAMERA_LINES } else { room }, &mut lines);
+        let busy = format!("{}  {}", app.isa().map_or("", Isa::name), busy_text(numbers));
+        lines.push(heading(mode, "Threads", busy, width));
+        threads(mode, numbers, if all_fit { room - CAMERA_LINES } else { room }, &mut lines);
         if !all_fit {
             Paragraph::new(lines).render(area, buffer);
             return;
@@ -215,8 +218,7 @@ fn vector_text(v: DVec3) -> String {
 }
 
 /// A heading, and a line for each thread, in at most `room` lines under the heading's two.
-fn threads(mode: ColorMode, numbers: &Numbers, width: usize, room: usize, lines: &mut Vec<Line<'static>>) {
-    lines.push(heading(mode, "Threads", busy_text(numbers), width));
+fn threads(mode: ColorMode, numbers: &Numbers, room: usize, lines: &mut Vec<Line<'static>>) {
     lines.push(Line::styled("  #     busy idle  tiles rays/s   tile at", mode.style(Role::Dim)));
     let count = numbers.workers.len();
     let listed = if count <= room { count } else { room.saturating_sub(1) };

@@ -8,9 +8,10 @@ use super::terminal::{self, Guard};
 use super::view::view;
 use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
+use crate::bvh::Isa;
 use crate::output::save_png;
 use crate::render::{Film, RenderHandle, Settings, start};
-use crate::scene::compile;
+use crate::scene::compile_for;
 use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -30,6 +31,7 @@ const BATCH: Duration = Duration::from_millis(8);
 
 struct Session {
     app: App,
+    isa: Isa,
     settings: Settings,
     render: Option<RenderHandle>,
     events: (Sender<Event>, Receiver<Event>),
@@ -47,7 +49,7 @@ struct Session {
 pub fn run(options: Options) -> Result<Outcome, Error> {
     let mode = ColorMode::detect(options.color, |name| std::env::var(name).ok());
     let size = crossterm::terminal::size().map_err(Error::Terminal)?;
-    let (threads, output) = (options.threads, options.output);
+    let (threads, isa, output) = (options.threads, options.isa, options.output);
     let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
@@ -82,6 +84,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let now = Instant::now();
     let session = Session {
         app,
+        isa,
         settings,
         render: None,
         events,
@@ -101,9 +104,10 @@ impl Session {
             if let Some((desc, previous)) = self.app.begin_compile() {
                 // Its workers make room at once; its picture stays.
                 self.render = None;
-                let events = self.events.0.clone();
+                let (isa, events) = (self.isa, self.events.0.clone());
                 let begun = spawn("compiler", &self.events.0, move || {
-                    let _ = events.send(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
+                    let compiled = compile_for(&desc, previous.as_deref(), isa);
+                    let _ = events.send(Event::Compiled(compiled.map(Arc::new)));
                 });
                 if let Err(refused) = begun {
                     self.take(Event::Broken(refused));

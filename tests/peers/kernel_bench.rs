@@ -76,8 +76,9 @@ fn main() {
     let cpu = cpu_time();
     let tree = Triangles::build(triangles.len(), |i| triangles[i], isa, threads);
     let seconds = if threads.get() == 1 { cpu_time() - cpu } else { wall.elapsed() };
-    eprintln!("{:?}", tree.tree().stats());
-    println!("READY {} {} {}", seconds.as_secs_f64(), tree.bytes(), triangles.len());
+    let stats = tree.stats();
+    eprintln!("{stats:?}");
+    println!("READY {} {} {}", seconds.as_secs_f64(), stats.bytes, triangles.len());
     let mut loaded: Option<(String, Vec<[f32; 8]>, bool)> = None;
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         let words: Vec<&str> = line.split_whitespace().collect();

@@ -12,7 +12,7 @@ use glimt::description::*;
 use glimt::math::Rgb;
 use glimt::render::{self, Film, Rect, RenderEvent, Settings, TileImage};
 use glimt::scene::{self, Scene};
-use glimt::shading::{RayCounts, Sample, sampler};
+use glimt::shading::{RayCounts, Sample, Scratch, sampler};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -121,12 +121,18 @@ pub fn checker(a: Rgb, b: Rgb, size: f64) -> Option<TextureDesc> {
 }
 
 pub fn point_light(position: DVec3, color: Rgb, intensity: f64, falloff: Falloff) -> LightDesc {
-    LightDesc { name: String::new(), kind: LightKind::Point { position, falloff }, color, intensity }
+    LightDesc { name: String::new(), kind: LightKind::Point { position, falloff }, color, intensity, visible: true }
 }
 
 /// A light far away in direction `toward`.
 pub fn sun(toward: DVec3, color: Rgb, intensity: f64) -> LightDesc {
-    LightDesc { name: String::new(), kind: LightKind::Directional { direction: -toward }, color, intensity }
+    LightDesc {
+        name: String::new(),
+        kind: LightKind::Directional { direction: -toward },
+        color,
+        intensity,
+        visible: true,
+    }
 }
 
 /// Writes a model into the tests' directory and gives its path. `name` must be unique among all tests.
@@ -384,13 +390,13 @@ pub fn assert_exact(
     let tolerance = Tolerance { relative: EXACT.relative, absolute: EXACT.absolute.max(limit), pixels: 0 };
     let excluded = assert_image(name, &render(desc), tolerance, &mut expected);
     let scene = compile(desc);
-    let sampler = sampler(&desc.render);
+    let (sampler, mut scratch) = (sampler(&scene), Scratch::default());
     for y in 0..desc.film.height {
         for x in 0..desc.film.width {
             let Some(want) = expected(x, y) else { continue };
             let centre = [DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)];
             let mut sample = [Sample::default()];
-            sampler(&scene, &centre, &mut sample, &mut RayCounts::default(), &AtomicBool::new(false));
+            sampler(&scene, &centre, &mut sample, &mut RayCounts::default(), &mut scratch, &AtomicBool::new(false));
             let got = sample[0].radiance;
             for (got, want) in [got.r, got.g, got.b].into_iter().zip(want) {
                 let error = (got - want).abs() / want.abs().max(1.0);

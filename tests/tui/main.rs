@@ -430,6 +430,8 @@ fn the_panel_shows_what_is_asked_of_it() {
         for word in words.split('|') {
             assert!(text.contains(word), "{word} at {size:?}\n{text}");
         }
+        // The instruction set where there is room for it.
+        assert!(size.0 < 200 || text.contains(glimt::bvh::Isa::best().name()), "{text}");
     }
 }
 

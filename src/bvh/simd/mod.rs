@@ -5,15 +5,22 @@
 //! an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the feature and
 //! run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
 
+mod bins;
+mod buffer;
 mod portable;
 mod slab;
 mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use bins::add;
+pub use buffer::filled;
 pub use portable::Portable;
 pub use slab::SlabLanes;
 pub use traverse::LeafVisitor;
+
+use std::fmt;
+use std::str::FromStr;
 
 /// Instruction sets that the kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -72,6 +79,42 @@ impl Isa {
         }
     }
 }
+
+/// Names are those of [`Isa::name`], and `sse2` for what `portable` is on x86-64. Only what this processor has is accepted.
+impl FromStr for Isa {
+    type Err = IsaError;
+
+    fn from_str(name: &str) -> Result<Self, IsaError> {
+        let wanted = if cfg!(target_arch = "x86_64") && name == "sse2" { "portable" } else { name };
+        match Isa::ALL.into_iter().find(|isa| isa.name() == wanted) {
+            Some(isa) if isa.is_available() => Ok(isa),
+            Some(isa) => Err(IsaError::Unavailable(isa)),
+            None => Err(IsaError::Unknown),
+        }
+    }
+}
+
+/// Why a name stands for no instruction set that can be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IsaError {
+    /// There is no such name.
+    Unknown,
+    /// This processor does not have it.
+    Unavailable(Isa),
+}
+
+impl fmt::Display for IsaError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown => f.write_str("there is no such instruction set")?,
+            Self::Unavailable(isa) => write!(f, "this processor has no {}", isa.name())?,
+        }
+        let here: Vec<_> = Isa::ALL.into_iter().filter(|isa| isa.is_available()).map(Isa::name).collect();
+        write!(f, "; here there is {}", here.join(", "))
+    }
+}
+
+impl std::error::Error for IsaError {}
 
 /// Eight f32 lanes. A value of the implementing type is the proof that the processor has the instructions. Comparisons give
 /// a bit a lane, lane 0 lowest, and are false for NaN.
