@@ -256,6 +256,7 @@ impl Worker {
         if let Some((sum, errors)) = tile.own_errors() {
             (stats.squared_error, image.errors) = (Some(sum), errors);
         }
+        stats.cut = tile.cut();
         stats.busy += judging.elapsed();
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
         if pass == (Pass::Lattice { step: COARSEST }) {
@@ -296,6 +297,7 @@ impl Worker {
             Traced::Whole => tile.write(map, number),
         }
         let (sum, errors) = tile.judge(&round, batch, &mut census);
+        stats.cut = tile.cut();
         stats.busy += judging.elapsed();
         if any {
             stats.squared_error = Some(sum);

@@ -131,6 +131,8 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
         described_materials: desc.materials.len(),
+        largest_radiance: None,
+        least_weight: 0.0,
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -141,6 +143,8 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
+    scene.largest_radiance = scene.bound_radiance();
+    scene.least_weight = scene.bound_weight();
     scene.describe(desc);
     Ok(scene)
 }

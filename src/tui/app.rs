@@ -1,5 +1,6 @@
 //! The state of the interface and what events make of it. No input or output happens here.
 
+use super::chart;
 use super::color::ColorMode;
 use super::command::{Command, command_for, key_of};
 use super::edit::edit;
@@ -75,6 +76,8 @@ pub struct App {
     activity: Activity,
     message: Option<Message>,
     help: bool,
+    /// Whether the chart is asked for or not wanted.
+    chart: Option<bool>,
     /// The description is newer than what was last given to the compiler.
     edited: bool,
     compiling: bool,
@@ -126,6 +129,7 @@ impl App {
             activity: Activity::Compiling,
             message: None,
             help: false,
+            chart: None,
             edited: true,
             compiling: false,
             save_wanted: false,
@@ -267,6 +271,7 @@ impl App {
             },
             Command::Restart => self.restart(),
             Command::SaveImage => return self.save(),
+            Command::ToggleChart => self.chart = Some(!self.shows_chart()),
             Command::ToggleHelp => self.help = !self.help,
             Command::Suspend => return self.update(Event::StopAsked, now),
             Command::Redraw => return vec![Effect::Redraw],
@@ -502,6 +507,11 @@ impl App {
     /// Whether the help screen is open.
     pub fn shows_help(&self) -> bool {
         self.help
+    }
+
+    /// Whether the chart of the error is open: by itself where it has a place of its own.
+    pub fn shows_chart(&self) -> bool {
+        self.chart.unwrap_or_else(|| chart::place(&self.layout).is_some_and(|place| place.is_free))
     }
 
     /// Whether only a part of the picture is shown.

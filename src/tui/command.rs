@@ -31,6 +31,10 @@ pub enum Command {
     ResetCamera,
     /// Samples a pixel: doublings.
     Samples(i8),
+    /// Samples where the error is, or the same everywhere.
+    ToggleAdaptive,
+    /// Show or hide the chart of the error.
+    ToggleChart,
     /// Reflections and refractions along a path: how many more.
     Depth(i8),
     /// The next lighting model.
@@ -124,7 +128,13 @@ pub const BINDINGS: &[Binding] = &[
     always("Camera", &[(Key::char('i'), Dolly(1)), (Key::char('o'), Dolly(-1))], "move in, out"),
     always("Camera", &[(Key::char('f'), Widen(-1)), (Key::char('F'), Widen(1))], "narrower, wider view"),
     always("Camera", &[(Key::char('c'), ResetCamera)], "the scene's own camera"),
-    always("Render", &[(Key::char('n'), Samples(1)), (Key::char('N'), Samples(-1))], "twice, half the samples"),
+    always(
+        "Render",
+        &[(Key::char('n'), Samples(1)), (Key::char('N'), Samples(-1))],
+        "twice, half the samples; half, twice the error",
+    ),
+    always("Render", &[(Key::char('E'), ToggleAdaptive)], "samples where the error is"),
+    always("Render", &[(Key::char('G'), ToggleChart)], "chart of the error"),
     always("Render", &[(Key::char('d'), Depth(1)), (Key::char('D'), Depth(-1))], "depth up, down"),
     always("Render", &[(Key::char('m'), CycleShading)], "next lighting model"),
     always(

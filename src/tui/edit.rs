@@ -3,7 +3,7 @@
 use super::camera;
 use super::command::Command;
 use super::format::{samples, view};
-use crate::description::{SceneDesc, Shading, limits};
+use crate::description::{RenderDesc, SceneDesc, Shading, limits};
 
 /// Steps of one key press.
 const ORBIT_DEGREES: f64 = 5.0;
@@ -39,9 +39,26 @@ pub fn edit(desc: &mut SceneDesc, original: &SceneDesc, command: Command) -> Opt
             Some("the camera is that of the scene again".into())
         }
         Command::Samples(doublings) => {
+            if let Some(error) = render.error {
+                let (least, most) = (*limits::ERROR.start(), *limits::ERROR.end());
+                let error = (error * 0.5f64.powi(doublings.into())).clamp(least, most);
+                render.error = Some(error);
+                return Some(format!("until the error is {error} of 255"));
+            }
             let count = if doublings > 0 { render.samples.saturating_mul(2) } else { render.samples / 2 };
             render.samples = count.clamp(1, limits::MAX_SAMPLES);
             Some(format!("{} a pixel", samples(render.samples)))
+        }
+        Command::ToggleAdaptive => {
+            let uniform = (original.render.error.is_none()).then_some(original.render.samples);
+            (render.error, render.samples) = match render.error {
+                None => (Some(limits::USUAL_ERROR), limits::ADAPTIVE_SAMPLES),
+                Some(_) => (None, uniform.unwrap_or(RenderDesc::default().samples)),
+            };
+            Some(match render.error {
+                Some(error) => format!("until the error is {error} of 255"),
+                None => format!("{} a pixel", samples(render.samples)),
+            })
         }
         Command::Depth(more) => {
             render.max_depth = render.max_depth.saturating_add_signed(more.into()).min(limits::MAX_DEPTH);

@@ -12,6 +12,7 @@
 
 pub mod app;
 pub mod camera;
+mod chart;
 pub mod color;
 pub mod command;
 mod edit;

@@ -1,6 +1,7 @@
 //! The screen as a function of the state.
 
 use super::app::{Activity, App, Tone};
+use super::chart;
 use super::color::{ColorMode, Role};
 use super::command::{BINDINGS, Command, key_of};
 use super::panel;
@@ -15,6 +16,9 @@ pub fn view(app: &App, buffer: &mut Buffer) {
     app.preview().paint(layout.preview.intersection(buffer.area), buffer, app.mode());
     if let Some(area) = layout.panel {
         panel::draw(app, area, buffer);
+    }
+    if app.shows_chart() {
+        chart::draw(app, buffer);
     }
     status(app, layout.status, buffer);
     if app.shows_help() {
