@@ -148,6 +148,8 @@ fn compile_with(
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
         described_materials: desc.materials.len(),
+        largest_radiance: None,
+        least_weight: 0.0,
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -158,6 +160,8 @@ fn compile_with(
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
+    scene.largest_radiance = scene.bound_radiance();
+    scene.least_weight = scene.bound_weight();
     scene.describe(desc);
     Ok(scene)
 }

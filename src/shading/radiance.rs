@@ -45,10 +45,6 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8>(
     }
 }
 
-/// Paths of less weight than this are not followed: what they bring is below the resolution of the film (Hall and
-/// Greenberg 1983 cut at a visible weight; this only keeps ray trees from growing without end).
-const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
-
 struct Tracer<'a> {
     scene: &'a Scene,
     samples: &'a mut [Sample],
@@ -161,7 +157,7 @@ impl Tracer<'_> {
 
     /// Whether a path is worth following; if not, its weight is noted.
     fn worth_it(&mut self, path: &Path) -> bool {
-        let worth_it = path.weight >= NEGLIGIBLE;
+        let worth_it = path.weight >= self.scene.least_weight;
         if !worth_it {
             self.samples[path.sample as usize].cut += path.weight;
         }

@@ -240,8 +240,8 @@ fn ray_sets(scene: &Scene, count: usize) -> Vec<RaySet> {
             && light.direction.dot(normal) > 0.0
         {
             shadow.extend(match light.position {
-                Some(position) => at.shadow_ray_to::<Fast>(position),
-                None => Some(at.shadow_ray_along::<Fast>(light.direction)),
+                Some(position) => at.shadow_start().ray_to::<Fast>(position),
+                None => Some(at.shadow_start().ray_along::<Fast>(light.direction)),
             });
         }
         mirrored.push(at.spawn_ray::<Fast>(reflect(ray.direction, shading, normal)));
