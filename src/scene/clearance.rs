@@ -79,14 +79,14 @@ mod tests {
             })
         };
         let mut clear = 0;
-        for a in 1..desc.objects.len() {
-            clear += u32::from(clearances[a] > 0.0);
+        for (a, &clearance) in clearances.iter().enumerate().skip(1) {
+            clear += u32::from(clearance > 0.0);
             let height = |p: DVec3| scene.objects()[0].map.inverse.transform_point3(p).y;
             for p in corners(a) {
-                assert!(height(p).abs() >= clearances[a], "{a} and the plane");
+                assert!(height(p).abs() >= clearance, "{a} and the plane");
                 for b in (1..desc.objects.len()).filter(|&b| b != a) {
                     for q in corners(b) {
-                        assert!(p.distance(q) >= clearances[a], "{a} and {b}");
+                        assert!(p.distance(q) >= clearance, "{a} and {b}");
                     }
                 }
             }
