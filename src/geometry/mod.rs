@@ -17,6 +17,8 @@
 //! Directions need not be of unit length: a ray keeps its t when it is taken to object space.
 //!
 //! [`Kernels`] bundles one kernel per shape into the presets that a scene chooses from.
+//!
+#![doc = include_str!("NUMERICS.md")]
 
 mod aabb;
 mod cone;

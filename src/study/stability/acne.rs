@@ -196,8 +196,9 @@ fn images(effort: &Effort, model: &Path) -> Sweep {
                     };
                     shadowed.iter().zip(&plain).map(differ).collect::<Vec<_>>()
                 });
-                for pixel in 0..dark[0].len() {
-                    tally.judge([0, 1, 2, 3].map(|preset| dark[preset][pixel]));
+                let [classic, fast, robust, reference] = &dark;
+                for (((&classic, &fast), &robust), &reference) in classic.iter().zip(fast).zip(robust).zip(reference) {
+                    tally.judge([classic, fast, robust, reference]);
                 }
             }
         }
