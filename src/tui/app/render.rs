@@ -26,6 +26,9 @@ impl App {
     /// Brings preview and numbers up to date for a frame at `now`.
     pub fn refresh(&mut self, now: Instant) {
         self.preview.refresh(&self.film);
+        if self.is_awaited() {
+            self.latency = self.unseen.take().map(|since| now.saturating_duration_since(since));
+        }
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
         if ended || self.numbers.as_ref().is_none_or(|numbers| numbers.are_old(now)) {
             let before = self.numbers.take();
@@ -56,6 +59,10 @@ impl App {
             false if self.is_restarting() => Activity::Compiling,
             false => Activity::Rendering,
         };
+        if paused {
+            // What takes longer now is the user's will.
+            self.unseen = None;
+        }
         if let Some(progress) = &mut self.progress {
             progress.set_paused(paused, now);
         }
@@ -112,6 +119,7 @@ impl App {
             }
             Err(error) => {
                 self.activity = Activity::Failed;
+                self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
                 self.end_if_alone();
                 Vec::new()
@@ -140,6 +148,7 @@ impl App {
             }
             RenderEvent::Failed(error) => {
                 self.activity = Activity::Failed;
+                self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
                 self.end_if_alone();
             }
@@ -157,6 +166,11 @@ impl App {
         self.tell(Tone::Plain, format!("saving {}", self.output_text()));
         self.saves_running += 1;
         vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
+    }
+
+    /// Whether the next frame is the first to show a whole picture of an edit.
+    pub fn is_awaited(&self) -> bool {
+        self.unseen.is_some() && self.is_whole()
     }
 
     /// Whether every pixel of the film belongs to the newest scene.
