@@ -267,7 +267,8 @@ impl Geometry {
         }
         let (tree, slots) = Bvh::build(&boxes, 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded })
+        let spheres = objects.iter().map(Object::bounding_sphere).collect();
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, spheres })
     }
 }
 

@@ -73,6 +73,8 @@ struct Geometry {
     bounded: Vec<u32>,
     /// Planes.
     unbounded: Vec<u32>,
+    /// Centre and radius of a sphere around each object; infinite for planes.
+    spheres: Vec<(DVec3, f64)>,
 }
 
 /// Where an object's material stands in [`Scene::materials`].

@@ -7,12 +7,14 @@
 
 mod portable;
 mod slab;
+mod task;
 mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use portable::Portable;
 pub use slab::SlabLanes;
+pub use task::Task;
 pub use traverse::LeafVisitor;
 
 use std::fmt;
