@@ -67,11 +67,13 @@ impl Engine {
         }
     }
 
-    /// Waits for an event or the time of the next frame, and takes in all that has come. What is left to be done.
-    pub fn wait(&mut self) -> Vec<Effect> {
+    /// Waits for an event or the time of the next frame, or `at_most` until then, and takes in all that has come. What is
+    /// left to be done.
+    pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
         let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
-        let until = [self.frame_due, clock, self.app.leaves_by()].into_iter().flatten().min();
+        let frame = [self.frame_due, clock].into_iter().flatten().min();
+        let until = [frame, self.app.leaves_by(), at_most].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
         let event = select! {
             recv(self.events.1) -> event => event.ok(),
@@ -83,7 +85,7 @@ impl Engine {
                 event.ok().map(Event::Render)
             }
             recv(wait) -> now => {
-                self.frame_due = now.ok();
+                self.frame_due = frame.filter(|due| now.is_ok_and(|now| *due <= now));
                 None
             }
         };

@@ -29,6 +29,7 @@ pub mod field;
 mod format;
 pub mod key;
 pub mod keymap;
+pub mod latency;
 pub mod layout;
 mod listen;
 pub mod numbers;

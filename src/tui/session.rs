@@ -94,7 +94,7 @@ impl Session {
                 let fresh = std::mem::take(&mut self.fresh);
                 self.mailbox.post(Frame { buffer, exact: self.engine.app.is_final() }, fresh);
             }
-            let effects = self.engine.wait();
+            let effects = self.engine.wait(None);
             self.perform(effects);
             self.engine.app.lose_patience(Instant::now());
         }

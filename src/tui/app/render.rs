@@ -49,7 +49,7 @@ impl App {
     }
 
     /// Whether a new render is on its way.
-    pub(super) fn is_restarting(&self) -> bool {
+    pub fn is_restarting(&self) -> bool {
         self.edited || self.compiling
     }
 
@@ -168,13 +168,18 @@ impl App {
         vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
     }
 
+    /// Whether the screen, at its last frame, showed a whole picture of what is edited now.
+    pub fn is_seen(&self) -> bool {
+        self.unseen.is_none()
+    }
+
     /// Whether the next frame is the first to show a whole picture of an edit.
     pub fn is_awaited(&self) -> bool {
         self.unseen.is_some() && self.is_whole()
     }
 
     /// Whether every pixel of the film belongs to the newest scene.
-    fn is_whole(&self) -> bool {
+    pub fn is_whole(&self) -> bool {
         !self.is_restarting() && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
     }
 
