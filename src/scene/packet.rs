@@ -168,7 +168,7 @@ struct Meet<'a, K> {
 }
 
 impl<K: TreeKernels> Meet<'_, K> {
-    #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default)] // As for `Option::map` below.
+    #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default, clippy::needless_range_loop)] // As for `Option::map` below.
     #[inline(always)]
     fn each(self, test: impl Fn(&Ray) -> Option<(f64, u32)>) {
         let Meet { rays, limit, met, range, .. } = self;
