@@ -198,7 +198,7 @@ fn is_whole(text: &str) -> bool {
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
-fn error(text: &str) -> Result<f64, String> {
+pub(super) fn error(text: &str) -> Result<f64, String> {
     let (low, high) = (limits::ERROR.start(), limits::ERROR.end());
     let found = text.parse().ok().filter(|number| limits::ERROR.contains(number));
     found.ok_or_else(|| format!("must be from {low} to {high}"))
@@ -223,6 +223,11 @@ pub(super) fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
         let found = text.parse().ok().filter(|number| (low..=high).contains(number));
         found.ok_or_else(|| format!("must be from {low} to {high}"))
     }
+}
+
+/// A difference of colours in 8-bit codes.
+pub(super) fn codes(text: &str) -> Result<f64, &'static str> {
+    text.parse().ok().filter(|codes| (0.0..=255.0).contains(codes)).ok_or("must be from 0 to 255")
 }
 
 fn tile_size(text: &str) -> Result<u32, &'static str> {

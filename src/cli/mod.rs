@@ -6,6 +6,7 @@ mod compare;
 mod failure;
 mod model_scene;
 mod open;
+mod stability;
 mod study;
 
 use crate::description::{FilmDesc, printable};

@@ -465,6 +465,8 @@ pub mod limits {
     pub const MAX_SAMPLES: u32 = 1 << 20;
     /// The most samples that a pixel gets on the way to an error where no number is given.
     pub const ADAPTIVE_SAMPLES: u32 = 4096;
+    /// Error that is aimed at where none is stated, 8-bit codes.
+    pub const USUAL_ERROR: f64 = 0.5;
     /// Smallest and largest error that can be asked for, 8-bit codes.
     pub const ERROR: std::ops::RangeInclusive<f64> = 0.01..=64.0;
     /// Largest coordinate, radius, edge or factor of scale.

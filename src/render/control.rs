@@ -1,6 +1,6 @@
 //! What the owner of a render tells its workers.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -14,6 +14,8 @@ pub(super) struct Control {
     expired: AtomicBool,
     /// Tiles of which nothing is known yet.
     uncovered: AtomicUsize,
+    /// How often a flag was set or cleared.
+    changes: AtomicU32,
     /// For changing flags and for sleeping; `stop` is read without it.
     gate: Mutex<Clock>,
     changed: Condvar,
@@ -89,13 +91,27 @@ impl Control {
         let _gate = self.lock();
         flag.store(value, Ordering::Relaxed);
         let stop = [&self.cancelled, &self.paused, &self.expired].iter().any(|flag| flag.load(Ordering::Relaxed));
-        self.stop.store(stop, Ordering::Relaxed);
+        // Before `stop` is, so that whoever sees the one sees the other.
+        self.changes.fetch_add(1, Ordering::Relaxed);
+        self.stop.store(stop, Ordering::Release);
         self.changed.notify_all();
     }
 
     /// Set while there is something to heed: then stop tracing, in the middle of a sample too, and call [`Control::wait`].
     pub fn stop(&self) -> &AtomicBool {
         &self.stop
+    }
+
+    /// How often a flag has changed: to be asked before tracing, for [`Control::undisturbed`].
+    pub fn changes(&self) -> u32 {
+        self.changes.load(Ordering::Relaxed)
+    }
+
+    /// Whether tracing that began after so many changes never saw `stop` set, so that its samples are whole. That it is not
+    /// set now does not tell: a pause may have come and gone in the middle of a sample.
+    pub fn undisturbed(&self, changes: u32) -> bool {
+        // If it was seen set and is not now, then this reads what cleared it, and with it the change counted before.
+        !self.stop.load(Ordering::Acquire) && self.changes() == changes
     }
 
     /// Whether the time is over.
@@ -119,5 +135,26 @@ impl Control {
             () if self.is_expired() => Wait::Expired,
             () => Wait::GoOn,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pause_that_came_and_went_while_tracing_is_noticed() {
+        let control = Control::default();
+        let began = control.changes();
+        assert!(control.undisturbed(began));
+        control.pause(true);
+        assert!(!control.undisturbed(began));
+        let in_the_pause = control.changes();
+        assert!(!control.undisturbed(in_the_pause));
+        control.pause(false);
+        assert!(!control.undisturbed(began) && !control.undisturbed(in_the_pause));
+        assert!(control.undisturbed(control.changes()));
+        control.cancel();
+        assert!(!control.undisturbed(control.changes()));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::census::Census;
 use super::control::{Control, Wait};
-use super::event::{TileImage, TileStats};
+use super::event::{Cut, TileImage, TileStats};
 use super::map::{Look, Map};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
@@ -12,7 +12,6 @@ use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// A rectangle of pixels of the film.
@@ -196,9 +195,10 @@ impl Tile {
         batch.samples.resize(batch.points.len(), Sample::default());
         stats.rays += loop {
             control.look_at_the_clock();
+            let began = control.changes();
             let mut rays = RayCounts::default();
             sampler(scene, &batch.points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
-            if !control.stop().load(Ordering::Relaxed) {
+            if control.undisturbed(began) {
                 break rays;
             }
             // The samples may not be whole: once awake they are traced again.
@@ -243,6 +243,14 @@ impl Tile {
         });
         let errors = errors.collect();
         (sum, errors)
+    }
+
+    /// What was not followed in its pixels.
+    pub(super) fn cut(&self) -> Cut {
+        self.pixels
+            .iter()
+            .map(Pixel::cut)
+            .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) })
     }
 
     /// The errors of all pixels by their own samples, if all have enough; and the sum of their squares.

@@ -6,7 +6,7 @@ use super::{
     Assets, Camera, Geometry, Imported, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape,
     Summary, Texture,
 };
-use crate::assets::{AssetError, load_images, load_obj};
+use crate::assets::{AssetError, Model, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
     MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, builtin, printable,
@@ -148,6 +148,8 @@ fn compile_with(
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
         described_materials: desc.materials.len(),
+        largest_radiance: None,
+        least_weight: 0.0,
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -158,7 +160,18 @@ fn compile_with(
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
+    scene.largest_radiance = scene.bound_radiance();
+    scene.least_weight = scene.bound_weight();
     scene.describe(desc);
+    Ok(scene)
+}
+
+/// An empty scene that lends this mesh to scenes compiled after it, as if it had been read from `file`: how models come in
+/// that are in no file.
+pub fn lender(file: &Path, crease: f64, model: Model) -> Result<Scene, CompileError> {
+    let mut scene = compile(&SceneDesc::default(), None)?;
+    let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
+    scene.assets.meshes.insert((file.to_path_buf(), crease.to_bits()), mesh);
     Ok(scene)
 }
 

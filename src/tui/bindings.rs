@@ -166,9 +166,16 @@ pub const BINDINGS: &[Binding] = &[
     row(
         "Render",
         Scope::Screen,
-        "twice, half the samples",
+        "twice, half the samples; half, twice the error",
         &[act("twice the samples", Samples(1), &[key('n')]), act("half the samples", Samples(-1), &[key('N')])],
     ),
+    row(
+        "Render",
+        Scope::Screen,
+        "samples where the error is",
+        &[act("samples where the error is", ToggleAdaptive, &[key('E')])],
+    ),
+    row("Render", Scope::Screen, "chart of the error", &[act("chart of the error", ToggleChart, &[key('G')])]),
     row(
         "Render",
         Scope::Screen,

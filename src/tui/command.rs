@@ -73,6 +73,10 @@ pub enum Command {
     RecallView(u8),
     /// Samples a pixel: doublings.
     Samples(i8),
+    /// Samples where the error is, or the same everywhere.
+    ToggleAdaptive,
+    /// Show or hide the chart of the error.
+    ToggleChart,
     /// Reflections and refractions along a path: how many more.
     Depth(i8),
     /// The next lighting model.

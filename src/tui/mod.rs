@@ -15,6 +15,7 @@
 pub mod app;
 pub mod bindings;
 pub mod camera;
+mod chart;
 pub mod color;
 pub mod command;
 pub mod decode;

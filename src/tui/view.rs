@@ -1,6 +1,7 @@
 //! The screen as a function of the state.
 
 use super::app::App;
+use super::chart;
 use super::color::{ColorMode, Role};
 use super::dialog::{Dialog, MODELS, ROWS, accept_hints};
 use super::widget::{fit, popup, rows};
@@ -22,6 +23,9 @@ pub fn view(app: &App, buffer: &mut Buffer) {
     }
     if let Some(area) = layout.panel {
         panel::draw(app, area, buffer);
+    }
+    if app.shows_chart() {
+        chart::draw(app, buffer);
     }
     if let Some(area) = layout.editor {
         side::draw(app, area, buffer);

@@ -82,7 +82,7 @@ impl Cell {
         // Not within a thousandth of the tangent plane: there a shell of a millionth is far away.
         let toward = (normal * 1.001 + toward).normalize();
         let light = surface.point + toward * (light_at * self.size);
-        let shadow = surface.shadow_ray_to::<K>(light)?;
+        let shadow = surface.shadow_start().ray_to::<K>(light)?;
         let mirrored = surface.spawn_ray::<K>(reflect(ray.direction, normal, normal));
         Some(Verdict {
             shadow_acne: self.scene.occluded::<K>(&shadow),
@@ -196,8 +196,9 @@ fn images(effort: &Effort, model: &Path) -> Sweep {
                     };
                     shadowed.iter().zip(&plain).map(differ).collect::<Vec<_>>()
                 });
-                for pixel in 0..dark[0].len() {
-                    tally.judge([0, 1, 2, 3].map(|preset| dark[preset][pixel]));
+                let [classic, fast, robust, reference] = &dark;
+                for (((&classic, &fast), &robust), &reference) in classic.iter().zip(fast).zip(robust).zip(reference) {
+                    tally.judge([classic, fast, robust, reference]);
                 }
             }
         }

@@ -58,7 +58,7 @@ pub fn hostile(effort: &Effort) -> Vec<Sweep> {
         });
         rows.collect::<Vec<_>>()
     };
-    let flattened = rows(&[1.0, 1e4, 1e8, 1e16, 1e100, 1e300, f64::MAX], &|ratio, tally| {
+    let flattened = rows(&[1.0, 1e4, 1e8, 1e16, 1e30], &|ratio, tally| {
         for shape in [
             ShapeDesc::Sphere { radius: 1.0 },
             ShapeDesc::Cuboid { size: DVec3::ONE },
@@ -67,7 +67,7 @@ pub fn hostile(effort: &Effort) -> Vec<Sweep> {
             ShapeDesc::Plane,
             ShapeDesc::Quad { size: DVec2::ONE },
         ] {
-            for scale in [v(1.0, 1.0 / ratio, 1.0), v(ratio, 1.0, -1.0), v(1.0, ratio, 1.0 / ratio)] {
+            for scale in [v(1.0, 1.0 / ratio, 1.0), v(ratio, 1.0, -1.0), v(1.0, ratio.powi(9), 1.0 / ratio.powi(10))] {
                 for material in ["matte", "glass"] {
                     let mut desc = still_life();
                     let turned = ObjectDesc { rotate: v(20.0, 30.0, 0.0), ..object(shape.clone(), material) };
@@ -84,7 +84,7 @@ pub fn hostile(effort: &Effort) -> Vec<Sweep> {
             judge(effort, &desc, tally, not_finite);
         }
     });
-    let near_light = rows(&[1e0, 1e4, 1e8, 1e12, 1e16, 1e20, 1e300], &|closeness, tally| {
+    let near_light = rows(&[1e0, 1e4, 1e8, 1e12, 1e16, 1e30], &|closeness, tally| {
         // Over the point of the floor that the middle of the picture sees, at the rim of a block, in a ball's surface.
         for place in [v(0.0, 0.0, 0.0), v(1.5, 1.0, 0.5), v(-1.0, 1.0, 0.0)] {
             for falloff in [Falloff::None, Falloff::InverseSquare] {
@@ -95,7 +95,7 @@ pub fn hostile(effort: &Effort) -> Vec<Sweep> {
             }
         }
     });
-    let coincident = rows(&[2f64.powi(50), 2f64.powi(51), 2f64.powi(52), 1e300], &|closeness, tally| {
+    let coincident = rows(&[2f64.powi(50), 2f64.powi(51), 2f64.powi(52), 1e30], &|closeness, tally| {
         // Two blocks in the same place up to rounding, the first of them red: no speck of green is seen.
         for rotate in [DVec3::ZERO, v(33.0, 20.0, 71.0)] {
             for shape in [ShapeDesc::Cuboid { size: DVec3::ONE }, ShapeDesc::Quad { size: DVec2::ONE }] {

@@ -2,8 +2,10 @@
 
 mod acne;
 mod boxes;
+mod cause;
 mod hostile;
 mod invariance;
+mod map;
 mod media;
 mod numbers;
 mod oracle;
@@ -19,6 +21,7 @@ mod trials;
 mod triangles;
 mod vectors;
 
+pub use map::{Map, map};
 pub use run::{Finding, Plan, all_hold, run, summary};
 pub use sweep::{Row, Sweep};
 pub use trials::{Effort, PRESETS};

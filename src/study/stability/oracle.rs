@@ -150,11 +150,6 @@ impl DdVec3 {
     pub fn length(self) -> Dd {
         self.dot(self).sqrt()
     }
-
-    /// The nearest f64 vector.
-    pub fn to_dvec3(self) -> DVec3 {
-        DVec3::from_array(self.0.map(Dd::to_f64))
-    }
 }
 
 #[cfg(test)]

@@ -96,7 +96,7 @@ pub fn energy(effort: &Effort) -> Vec<Sweep> {
             let samples = [0, 1, 2, 3].map(|preset| pictures[preset][pixel]);
             // NaN is beyond every bound.
             let lost = samples.map(|s| (1.0 - s.radiance.g).abs());
-            tally.judge([0, 1, 2, 3].map(|k| !(lost[k] <= samples[k].cut + 1e-12)));
+            tally.judge([0, 1, 2, 3].map(|k| lost[k].is_nan() || lost[k] > samples[k].cut + 1e-12));
             for k in 0..4 {
                 mean[k] += if lost[k].is_nan() { 1.0 } else { lost[k] } / pictures[0].len() as f64;
             }

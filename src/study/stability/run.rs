@@ -148,10 +148,16 @@ fn slug(measure: &str, index: usize) -> String {
 
 /// All presets in one picture, double logarithmic, with the threshold of `robust`.
 fn chart(experiment: &Experiment, sweep: &Sweep) -> Chart {
-    let line =
-        |preset: usize| sweep.rows.iter().map(|row| Point::new(row.difficulty, row.values[preset])).collect::<Vec<_>>();
-    let mut series: Vec<_> =
-        (0..4).map(|preset| Series { name: PRESETS[preset].into(), data: Data::Line(line(preset)) }).collect();
+    let line = |preset: usize| sweep.rows.iter().map(|row| Point::new(row.difficulty, row.values[preset])).collect();
+    // Presets of the same values share a line, so that none is hidden by another.
+    let mut series: Vec<Series> = Vec::new();
+    for (preset, name) in PRESETS.into_iter().enumerate() {
+        let data = Data::Line(line(preset));
+        match series.iter_mut().find(|other| other.data == data) {
+            Some(other) => other.name += &format!(", {name}"),
+            None => series.push(Series { name: name.into(), data }),
+        }
+    }
     // Nothing of nothing is no line on logarithmic paper: the lower end of the chart is 0.
     let limits: Vec<f64> = sweep.rows.iter().filter_map(|row| row.threshold).filter(|&t| t > 0.0).collect();
     let even = limits.windows(2).all(|pair| pair[0] == pair[1]);

@@ -81,6 +81,7 @@ impl App {
                 }
             }
             Command::PickMode => self.begin_pick(),
+            Command::ToggleChart => self.chart = Some(!self.shows_chart()),
             Command::Step(_)
             | Command::Page(_)
             | Command::Ends(_)

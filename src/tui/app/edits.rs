@@ -3,7 +3,7 @@
 use super::{App, Focus, Tone};
 use crate::description::edit::{Bounds, New, add, assign, centre, delete, duplicate, move_by, set_visible};
 use crate::description::parameter::{Value, parameter};
-use crate::description::{LightKind, Refused, SceneDesc, Shading, Target, limits};
+use crate::description::{LightKind, Refused, RenderDesc, SceneDesc, Shading, Target, limits};
 use crate::scene::Scene;
 use crate::tui::camera;
 use crate::tui::command::{Command, Motion};
@@ -148,6 +148,29 @@ impl App {
             Command::ResetCamera => {
                 self.turn("reset camera", now, |desc| desc.camera = original);
                 self.tell(Tone::Plain, "the camera is that of the scene again".into());
+            }
+            Command::Samples(doublings) if render.error.is_some() => {
+                let (least, most) = (*limits::ERROR.start(), *limits::ERROR.end());
+                let error = render.error.unwrap_or_default() * 0.5f64.powi(doublings.into());
+                let error = error.clamp(least, most);
+                self.turn("error", now, |desc| desc.render.error = Some(error));
+                self.tell(Tone::Plain, format!("until the error is {error} of 255"));
+            }
+            Command::ToggleAdaptive => {
+                let original = self.editor.original().render;
+                let uniform = original.error.is_none().then_some(original.samples);
+                let (error, count) = match render.error {
+                    None => (Some(limits::USUAL_ERROR), limits::ADAPTIVE_SAMPLES),
+                    Some(_) => (None, uniform.unwrap_or(RenderDesc::default().samples)),
+                };
+                self.turn("samples", now, |desc| (desc.render.error, desc.render.samples) = (error, count));
+                self.tell(
+                    Tone::Plain,
+                    match error {
+                        Some(error) => format!("until the error is {error} of 255"),
+                        None => format!("{} a pixel", samples(count)),
+                    },
+                );
             }
             Command::Samples(doublings) => {
                 let count = if doublings > 0 { render.samples.saturating_mul(2) } else { render.samples / 2 };

@@ -99,6 +99,8 @@ pub struct App {
     /// The search of the tree is being typed.
     searching: bool,
     transform: Option<Transform>,
+    /// Whether the chart is asked for or not wanted.
+    chart: Option<bool>,
     /// The pixel of the preview that is pointed at.
     cursor: Option<(usize, usize)>,
     preview: Preview,
@@ -170,6 +172,7 @@ impl App {
             live: None,
             searching: false,
             transform: None,
+            chart: None,
             cursor: None,
             preview: Preview::default(),
             film,

@@ -4,6 +4,7 @@ use super::{Activity, App, Focus, Message};
 use crate::bvh::Isa;
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress};
+use crate::tui::chart;
 use crate::tui::color::ColorMode;
 use crate::tui::command::Scope;
 use crate::tui::dialog::Dialog;
@@ -128,6 +129,11 @@ impl App {
                 Focus::Properties => Scope::Properties,
             }
         }
+    }
+
+    /// Whether the chart of the error is open: by itself where it has a place of its own.
+    pub fn shows_chart(&self) -> bool {
+        self.chart.unwrap_or_else(|| chart::place(&self.layout).is_some_and(|place| place.is_free))
     }
 
     /// Whether only a part of the picture is shown.
