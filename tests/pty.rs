@@ -304,7 +304,7 @@ fn a_scene_is_edited_by_keys_undone_saved_and_is_what_it_was_but_for_the_edits()
 
     // A click on the ball, which stands in the middle, selects it; its row in the tree is told by the properties.
     session.send("\x1b[<0;42;17M\x1b[<0;42;17m");
-    session.wait_for_text("tomato");
+    session.wait_for_text("▸ object 1");
     // What is not saved is asked about.
     session.send("vq");
     session.wait_for_text("changes that are not saved");
