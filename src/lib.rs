@@ -9,8 +9,8 @@
 //!                       App::update (no IO) -> Effect
 //! ```
 //!
-//! Headless rendering is this path with a loop over the events, the terminal interface is this path with keys. Neither
-//! knows the other.
+//! Headless rendering is this path with a loop over the events, a study is that in a loop over settings, the terminal
+//! interface is this path with keys. None knows the others.
 //!
 //! # Layers
 //!
@@ -18,7 +18,7 @@
 //! the table and fails when a file breaks it.
 //!
 //! ```text
-//! math < geometry, description < bvh, assets < scene < shading < render < output < headless, tui < cli < main
+//! math, workers < geometry, description < bvh, assets < scene < shading < render < output < headless, study, tui < cli < main
 //! ```
 //!
 //! # Glossary
@@ -50,4 +50,6 @@ pub mod output;
 pub mod render;
 pub mod scene;
 pub mod shading;
+pub mod study;
 pub mod tui;
+pub mod workers;

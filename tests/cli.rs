@@ -210,6 +210,29 @@ fn the_instruction_set_is_that_of_the_flag_or_the_variable_and_shows_everywhere(
 }
 
 #[test]
+fn the_study_of_kernels_measures_what_it_is_asked_to_and_writes_its_files() {
+    let place = Place::new("study-kernel");
+    let asked =
+        ["study", "kernel", "room.toml", "--isa", "portable", "--rays", "500", "--repeats", "1", "--out", "out"];
+    let output = place.run(&asked);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    for word in
+        ["primary", "shadow", "mirrored", "random", "fast", "robust", "reference", "single", "packet", "portable"]
+    {
+        assert!(text.contains(word), "{word} is missing in\n{text}");
+    }
+    let written: Value = serde_json::from_slice(&fs::read(place.file("out/kernel.json")).unwrap()).unwrap();
+    assert_eq!(written["settings"]["rays"], 500);
+    // Four kinds, three presets, two modes, one round; and the names of the columns.
+    let samples = fs::read_to_string(place.file("out/kernel.csv")).unwrap();
+    assert_eq!(samples.lines().filter(|line| !line.starts_with('#')).count(), 1 + 4 * 3 * 2);
+    let refused = place.run(&["study", "kernel", "room.toml", "--isa", "avx1024", "--out", "none"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(stderr(&refused).contains("here there is portable") && !place.file("none").exists());
+}
+
+#[test]
 fn the_report_is_complete_and_adds_up() {
     let place = Place::new("report");
     let report = place.json(&["render", "room.toml", "-o", "a.png", "--threads", "2"]);
@@ -485,6 +508,30 @@ fn names_of_files_cannot_send_escape_sequences() {
         assert_eq!(output.status.code(), Some(2));
         assert!(!stderr(&output).contains(['\x1b', '\x07']), "{:?}", stderr(&output));
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn keys_are_listed_as_the_users_own_file_has_them() {
+    let place = Place::new("keys");
+    let keys = |arguments: &[&str]| {
+        let mut command = place.command(&["keys"]);
+        command.args(arguments).env("XDG_CONFIG_HOME", place.0.join("config")).output().unwrap()
+    };
+    let plain = stdout(&keys(&[]));
+    assert!(plain.lines().any(|line| line.split_whitespace().eq(["u", "undo"])), "{plain}");
+    assert!(plain.contains("config/glimt/keys.toml"), "{plain}");
+    fs::create_dir_all(place.0.join("config/glimt")).unwrap();
+    let write = |text: &str| fs::write(place.0.join("config/glimt/keys.toml"), text).unwrap();
+    write("undo = [\"Ctrl-U\", \"u\"]\n");
+    let changed = stdout(&keys(&[]));
+    assert!(changed.lines().any(|line| line.split_whitespace().eq(["Ctrl-U", "u", "undo"])), "{changed}");
+    assert!(stdout(&keys(&["--markdown"])).contains("`Ctrl-U`"));
+    write("# mine\nundoo = \"u\"\n");
+    let wrong = keys(&[]);
+    assert_eq!(wrong.status.code(), Some(2));
+    let told = stderr(&wrong);
+    assert!(told.contains("keys.toml:2") && told.contains("did you mean undo"), "{told}");
 }
 
 #[test]

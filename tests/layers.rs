@@ -5,14 +5,14 @@ use std::path::Path;
 
 /// Modules from low to high: each may use those of earlier rows, none of its own row. `lib.rs` tells the same.
 const LAYERS: &[&[&str]] = &[
-    &["math"],
+    &["math", "workers"],
     &["geometry", "description"],
     &["bvh", "assets"],
     &["scene"],
     &["shading"],
     &["render"],
     &["output"],
-    &["headless", "tui"],
+    &["headless", "study", "tui"],
     &["cli"],
     &["main"],
 ];
@@ -23,12 +23,16 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("clap", &["cli/"]),
     ("crossbeam_channel", &["render/", "tui/"]),
     ("crossterm", &["tui/"]),
+    ("csv", &["study/"]),
     ("csscolorparser", &["description/"]),
+    ("directories", &["tui/keymap"]),
     ("image", &["assets/", "output/"]),
     ("indicatif", &["headless/"]),
-    ("ratatui", &["tui/"]),
+    ("plotters", &["study/chart/"]),
+    ("ratatui", &["study/chart/", "tui/"]),
     ("tobj", &["assets/obj"]),
-    ("toml", &["description/"]),
+    ("toml", &["description/", "tui/keymap"]),
+    ("toml_edit", &["description/save/"]),
 ];
 
 /// The only folder with unsafe code.

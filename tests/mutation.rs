@@ -1,19 +1,17 @@
-//! No input makes the program panic or hang: good scenes and models, mutated at random for 20 seconds in all.
+//! No input makes the program panic or hang: good scenes, models and pictures, mutated at random for 22 seconds in all.
 //!
 //! A failure prints the seed; `GLIMT_MUTATION_SEED=<seed> cargo test --test mutation` runs that one input again.
 //! `GLIMT_MUTATION_SECONDS=<seconds>` goes on for longer.
 
 mod support;
+#[path = "fuzz/targets.rs"]
+mod targets;
 
-use glimt::assets::load_obj;
-use glimt::description::{Numerics, SceneDesc, ShapeDesc, parse};
 use glimt::math::SplitMix64;
-use glimt::render::{self, RenderEvent};
-use glimt::scene;
-use std::num::NonZeroUsize;
+use image::{DynamicImage, ImageFormat};
+use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 use support::*;
 
@@ -265,33 +263,6 @@ fn mutate(rng: &mut SplitMix64, text: &str, other: &str) -> String {
     text
 }
 
-/// Compiles and renders a few pixels of whatever was parsed, now and then with another preset of arithmetic.
-fn look(desc: &mut SceneDesc, rng: &mut SplitMix64) {
-    if let Some(other) = [Numerics::Classic, Numerics::Fast, Numerics::Reference].get((rng.next_u64() % 8) as usize) {
-        desc.render.numerics = *other;
-    }
-    desc.film.width = desc.film.width.min(6);
-    desc.film.height = desc.film.height.min(5);
-    desc.render.samples = desc.render.samples.min(2);
-    desc.render.max_depth = desc.render.max_depth.min(5);
-    match scene::compile(desc, None) {
-        Err(error) => assert!(!error.to_string().is_empty()),
-        Ok(scene) => {
-            let handle = render::start(Arc::new(scene), settings(1, 8));
-            loop {
-                match handle.events().recv_timeout(Duration::from_secs(120)).expect("the render hangs") {
-                    RenderEvent::TileFinished { tile, .. } => {
-                        assert!(tile.pixels.iter().flatten().all(|c| !c.is_nan()), "NaN in the film");
-                    }
-                    RenderEvent::Finished => return,
-                    RenderEvent::Failed(error) => panic!("{error}"),
-                    RenderEvent::TileStarted { .. } => {}
-                }
-            }
-        }
-    }
-}
-
 /// Runs `case` on seeds for a while, or on the one that the environment names. Says which seed failed.
 fn run(what: &str, seconds: u64, mut case: impl FnMut(u64)) {
     let number = |name: &str| std::env::var(name).ok().and_then(|s| s.parse().ok());
@@ -331,67 +302,68 @@ fn no_mutated_scene_panics_or_hangs() {
         } else {
             mutate(&mut rng, text, other)
         };
-        match parse(&text, path) {
-            Ok(mut desc) => look(&mut desc, &mut rng),
-            Err(errors) => {
-                assert!(!errors.is_empty(), "refused without a reason");
-                for e in &errors {
-                    assert!(e.line >= 1 && e.column >= 1 && !e.message.is_empty(), "{e:?}");
-                }
-            }
-        }
+        targets::scene_text(&text, path, rng.next_u64());
     });
 }
 
 #[test]
 fn no_mutated_model_panics_or_hangs() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mutation-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("the tests' directory can be written");
+    let folder = folder("models");
     let mut paths = Vec::new();
     files(&root.join("scenes"), "obj", &mut paths);
     let mut models: Vec<String> = paths.iter().filter_map(|p| std::fs::read_to_string(p).ok()).collect();
     models.retain(|text| text.len() < 20_000);
     models.push(SMALL_MODEL.into());
-    let (model, materials) = (folder.join("small.obj"), folder.join("small.mtl"));
     run("models", 8, |seed| {
         let mut rng = SplitMix64(seed ^ 0x5eed << 32);
         let (text, other) = (pick(&mut rng, &models), pick(&mut rng, &models));
         let which = rng.next_u64() % 3;
         let text = if which == 0 { text.clone() } else { mutate(&mut rng, text, other) };
         let mtl = if which == 1 { SMALL_MATERIALS.into() } else { mutate(&mut rng, SMALL_MATERIALS, &text) };
-        for (path, text) in [(&model, &text), (&materials, &mtl)] {
-            // A new file each time: some file systems wait for the disk when one is written over.
-            std::fs::remove_file(path).ok();
-            std::fs::write(path, text).expect("a model can be written");
-        }
-        let crease = [0.0, 30.0, 180.0][(rng.next_u64() % 3) as usize];
-        match load_obj(&model, crease, NonZeroUsize::MIN) {
-            Err(error) => assert!(!error.reason.is_empty()),
-            Ok(m) => {
-                let n = m.positions.len();
-                assert!(m.triangles.iter().flatten().all(|i| (*i as usize) < n), "an index is out of range");
-                assert!(m.positions.iter().all(|p| p.is_finite()) && m.centre.is_finite());
-                assert!(m.normals.is_empty() || m.normals.len() == n);
-                // Unit, or zero where the faces around have none.
-                let fit = |q: &glam::Vec3| *q == glam::Vec3::ZERO || (q.length() - 1.0).abs() < 1e-3;
-                assert!(m.normals.iter().all(fit), "a normal is not unit");
-                assert!(m.uvs.is_empty() || m.uvs.len() == n);
-                assert!(m.triangle_materials.is_empty() || m.triangle_materials.len() == m.triangles.len());
-                let kinds = m.materials.len().max(1);
-                assert!(m.triangle_materials.iter().all(|i| (*i as usize) < kinds));
-                for t in &m.triangles {
-                    let [a, b, c] = t.map(|i| m.positions[i as usize].as_dvec3());
-                    assert!((b - a).cross(c - a) != glam::DVec3::ZERO, "a triangle without area");
-                }
-                let mut d = desc(6, 5, perspective(v(2.0, 3.0, 5.0), glam::DVec3::ZERO, glam::DVec3::Y, 50.0));
-                d.lights.push(sun(v(1.0, 2.0, 3.0), glimt::math::Rgb::WHITE, 0.8));
-                let mut thing = object(ShapeDesc::Mesh { file: model.clone(), crease }, "");
-                thing.material = None;
-                d.objects.push(thing);
-                look(&mut d, &mut rng);
-            }
-        }
+        targets::model(text.as_bytes(), mtl.as_bytes(), &folder, rng.next_u64());
     });
     std::fs::remove_dir_all(&folder).ok();
+}
+
+#[test]
+fn no_mutated_picture_panics_or_hangs() {
+    let folder = folder("pictures");
+    let picture = DynamicImage::ImageRgba8(image::RgbaImage::from_fn(9, 7, |x, y| {
+        image::Rgba([x as u8 * 28, y as u8 * 36, (x * y) as u8, 255 - x as u8])
+    }));
+    let formats =
+        [("png", ImageFormat::Png), ("jpg", ImageFormat::Jpeg), ("bmp", ImageFormat::Bmp), ("tga", ImageFormat::Tga)];
+    let pictures = formats.map(|(extension, format)| {
+        let mut bytes = Vec::new();
+        let picture = if extension == "jpg" { DynamicImage::ImageRgb8(picture.to_rgb8()) } else { picture.clone() };
+        picture.write_to(&mut Cursor::new(&mut bytes), format).expect("a picture can be encoded");
+        (extension, bytes)
+    });
+    run("pictures", 2, |seed| {
+        let mut rng = SplitMix64(seed ^ 0x91c << 32);
+        let (extension, bytes) = pick(&mut rng, &pictures);
+        let mut bytes = bytes.clone();
+        for _ in 0..rng.next_u64() % 4 {
+            let Some(last) = bytes.len().checked_sub(1) else { break };
+            let at = (rng.next_u64() % (last as u64 + 1)) as usize;
+            match rng.next_u64() % 5 {
+                0 => bytes.truncate(at),
+                1 => bytes.insert(at, rng.next_u64() as u8),
+                // Most sizes, kinds and lengths stand in the first bytes.
+                2 => bytes[at.min(at % 32)] = *pick(&mut rng, &[0, 1, 0x7f, 0x80, 0xff]),
+                _ => bytes[at] = rng.next_u64() as u8,
+            }
+        }
+        let extension = if rng.next_u64().is_multiple_of(8) { pick(&mut rng, &formats).0 } else { extension };
+        targets::picture(&bytes, extension, &folder);
+    });
+    std::fs::remove_dir_all(&folder).ok();
+}
+
+/// An empty directory of this run.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mutation-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("the tests' directory can be written");
+    folder
 }

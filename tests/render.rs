@@ -133,7 +133,7 @@ fn pausing_and_resuming_does_not_change_a_bit() {
             RenderEvent::TileFinished { tile, .. } => picture.write(&tile),
             RenderEvent::Failed(error) => panic!("{error}"),
             RenderEvent::Finished => break,
-            RenderEvent::TileStarted { .. } => {}
+            RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
         }
         if i % 40 == 7 {
             handle.pause();
@@ -291,7 +291,7 @@ fn events_come_in_order_and_their_counts_add_up() {
                         None => order.push((key, vec![*pass])),
                     }
                 }
-                RenderEvent::Finished => {}
+                RenderEvent::Finished | RenderEvent::Estimated { .. } => {}
                 RenderEvent::Failed(error) => panic!("{error}"),
             }
             progress.update(event, Instant::now());
@@ -301,13 +301,14 @@ fn events_come_in_order_and_their_counts_add_up() {
         assert_eq!(traced, 61 * 45 * u64::from(samples));
         assert_eq!(camera, traced);
         assert!(progress.finished && progress.percent() == 100);
-        assert_eq!((progress.samples_done, progress.samples_total), (traced, traced));
+        assert_eq!((progress.samples_done, progress.samples_total), (traced, Some(traced)));
         assert_eq!(progress.rays.camera, camera);
         for (key, passes) in order {
             // Lattice from coarse to fine, then refinements that join without gap up to the last sample.
             let rank = |p: &Pass| match *p {
                 Pass::Lattice { step } => -i64::from(step),
                 Pass::Refine { from, .. } => i64::from(from),
+                Pass::Adapt { round } => i64::from(round),
             };
             assert!(passes.windows(2).all(|w| rank(&w[0]) < rank(&w[1])), "{key:?}: {passes:?}");
             let mut next = 1;

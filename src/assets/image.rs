@@ -1,7 +1,8 @@
 //! Pictures for textures.
 
-use super::{AssetError, guard, workers};
+use super::{AssetError, guard};
 use crate::description::builtin;
+use crate::workers;
 use image::{DynamicImage, ImageError, ImageReader, Limits};
 use std::io::{BufRead, Cursor, Seek};
 use std::num::NonZeroUsize;

@@ -5,7 +5,7 @@ use super::normals::{Fan, Shape};
 use super::obj_clean::{Corners, Face};
 use super::obj_outline::Smoothing;
 use super::triangulate::{MAX_CONCAVE, Outcome, Triangulator, is_degenerate};
-use super::workers;
+use crate::workers;
 use glam::{DVec3, Vec2, Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;

@@ -8,7 +8,7 @@
 use super::mesh::Polygons;
 use super::obj_outline::Smoothing;
 use super::triangulate::newell_normal;
-use super::workers;
+use crate::workers;
 use glam::Vec3;
 use std::num::NonZeroUsize;
 

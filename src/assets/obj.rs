@@ -12,8 +12,9 @@ use super::obj_outline::{Outline, Smoothing};
 use super::obj_part::Part;
 use super::report::{counted, listed};
 use super::resolve::Resolver;
-use super::{AssetError, ImportReport, Model, read_file_on, workers};
+use super::{AssetError, ImportReport, Model, read_file_on};
 use crate::description::MaterialDesc;
+use crate::workers;
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::HashSet;
 use std::num::NonZeroUsize;
@@ -253,10 +254,11 @@ fn assign_materials(
             missing.push(lossy(without_comment(written)));
         }
         for path in found {
-            if loaded.insert(path.clone())
-                && let Err(error) = library.load(&path, &mut resolver)
-            {
-                notes.push(format!("material library not usable: {error}"));
+            if loaded.insert(path.clone()) {
+                if let Err(error) = library.load(&path, &mut resolver) {
+                    notes.push(format!("material library not usable: {error}"));
+                }
+                model.libraries.push(path);
             }
         }
     }

@@ -2,72 +2,37 @@
 //! (Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.2).
 //! On blobs100k it beat greedy collapsing of the largest child by 7 to 14 % of trace time (kernels.md, lesson 2).
 
-use super::build::{BinaryNode, PrimRef};
+use super::build::{At, Binary, Choices};
 use super::{Child, EMPTY_SLOT, MAX_BLOCKS, MAX_LEAF_BLOCKS, Node};
 use crate::geometry::Aabb;
+use crate::workers;
+use std::num::NonZeroUsize;
 
 /// Cost of testing a node over that of testing a block. Flat between 0.7 and 1.5 (kernels.md).
 const NODE_COST: f32 = 1.0;
 
 /// Leaves of more blocks than this are not made by choice.
-const WANTED_LEAF_BLOCKS: usize = 2;
+const WANTED_LEAF_BLOCKS: u32 = 2;
 
-pub(super) struct Collapsed {
-    pub nodes: Vec<Node>,
-    pub slots: Vec<u32>,
-    pub sah_cost: f32,
-}
-
-/// What is known of a binary subtree: the cheapest way to stand as up to k + 1 children of a wide node, for k = 0..7, and
-/// which choice that is.
-#[derive(Clone, Copy)]
-struct Plan {
+/// What is known of a binary subtree: the cheapest way to stand as up to k + 1 children of a wide node, for k = 0..7.
+///
+/// Which way that is goes into [`Choices`]. The first says what it is as one child: 0 for a leaf, or else a wide node, so many of
+/// whose eight places the left half gets. The others say what becomes of it if it gets k + 1 places: it is dissolved and the left
+/// half gets so many of them, or for 0 it is as with one place less.
+#[derive(Clone)]
+pub(super) struct Plan {
     cost: [f32; 7],
-    choice: [Choice; 7],
-    primitives: u32,
-    /// First primitive; those of a subtree stand together.
-    first: u32,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Choice {
-    /// One leaf.
-    Leaf,
-    /// One wide node, whose children take `left` of eight places for the left half.
-    Node { left: u8 },
-    /// Dissolved: `left` places for the left half, the rest for the right one.
-    Split { left: u8 },
-    /// As with one place less.
-    Fewer,
-}
+impl Plan {
+    /// A leaf of one block.
+    pub fn leaf(bounds: &Aabb) -> Self {
+        Self { cost: [bounds.half_area(); 7] }
+    }
 
-pub(super) fn collapse(binary: &[BinaryNode], refs: &[PrimRef], block_size: usize) -> Collapsed {
-    let plans = plan(binary, block_size);
-    let mut layout = Layout { binary, plans: &plans, refs, block_size, nodes: Vec::new(), slots: Vec::new() };
-    let root_area = binary[0].bounds.half_area();
-    let sah_cost = if root_area > 0.0 { plans[0].cost[0] / root_area } else { 0.0 };
-    layout.nodes.reserve(binary.len() / 6 + 1);
-    layout.root();
-    Collapsed { nodes: layout.nodes, slots: layout.slots, sah_cost }
-}
-
-/// Children stand behind their parents, so one pass from the back suffices.
-fn plan(binary: &[BinaryNode], block_size: usize) -> Vec<Plan> {
-    let unset = Plan { cost: [f32::INFINITY; 7], choice: [Choice::Fewer; 7], primitives: 0, first: 0 };
-    let mut plans = vec![unset; binary.len()];
-    for (at, node) in binary.iter().enumerate().rev() {
-        let area = node.bounds.half_area();
-        if node.count > 0 {
-            let blocks = (node.count as usize).div_ceil(block_size);
-            let plan = &mut plans[at];
-            plan.cost = [area * blocks as f32; 7];
-            plan.choice[0] = Choice::Leaf;
-            (plan.primitives, plan.first) = (node.count, node.link);
-            continue;
-        }
-        let (left, right) = (plans[node.link as usize], plans[node.right as usize]);
-        let mut plan =
-            Plan { primitives: left.primitives + right.primitives, first: left.first.min(right.first), ..unset };
+    /// Two halves, which as one leaf would be so many blocks.
+    pub fn inner(bounds: &Aabb, blocks: u32, [left, right]: [&Self; 2]) -> (Self, Choices) {
+        let area = bounds.half_area();
         // The best division of 2..=8 places.
         // Costs that are not finite (boxes of the size of f32's range) leave the default, one place for the left half.
         let mut divided = [(f32::INFINITY, 1u8); 9];
@@ -81,93 +46,155 @@ fn plan(binary: &[BinaryNode], block_size: usize) -> Vec<Plan> {
             }
         }
         let (inside, left_places) = divided[8];
-        plan.cost[0] = area * NODE_COST + inside;
-        plan.choice[0] = Choice::Node { left: left_places };
-        let blocks = (plan.primitives as usize).div_ceil(block_size);
-        if blocks <= WANTED_LEAF_BLOCKS && area * blocks as f32 <= plan.cost[0] {
-            plan.cost[0] = area * blocks as f32;
-            plan.choice[0] = Choice::Leaf;
+        let (mut cost, mut choices) = ([area * NODE_COST + inside; 7], [left_places, 0, 0, 0, 0, 0, 0]);
+        if blocks <= WANTED_LEAF_BLOCKS && area * blocks as f32 <= cost[0] {
+            (cost[0], choices[0]) = (area * blocks as f32, 0);
         }
-        for (places, &(cost, left_places)) in divided.iter().enumerate().take(8).skip(2) {
-            if cost < plan.cost[places - 2] {
-                plan.cost[places - 1] = cost;
-                plan.choice[places - 1] = Choice::Split { left: left_places };
-            } else {
-                plan.cost[places - 1] = plan.cost[places - 2];
+        for k in 1..7 {
+            let (dissolved, left_places) = divided[k + 1];
+            cost[k] = cost[k - 1];
+            if dissolved < cost[k] {
+                (cost[k], choices[k]) = (dissolved, left_places);
             }
         }
-        plans[at] = plan;
+        (Self { cost }, choices)
     }
-    plans
+
+    /// Expected cost of a random ray that meets the box.
+    pub fn relative_cost(&self, bounds: &Aabb) -> f32 {
+        let area = bounds.half_area();
+        if area > 0.0 { self.cost[0] / area } else { 0.0 }
+    }
 }
 
-struct Layout<'a> {
-    binary: &'a [BinaryNode],
-    plans: &'a [Plan],
-    refs: &'a [PrimRef],
-    block_size: usize,
+pub(super) struct Collapsed {
+    pub nodes: Vec<Node>,
+    pub slots: Vec<u32>,
+}
+
+/// The wide tree. Nodes of the top come first, then those below it, depth first.
+pub(super) fn collapse(binary: &Binary, block_size: usize, threads: NonZeroUsize) -> Collapsed {
+    let layout = Layout { binary, block_size };
+    let (mut top, mut below) = (Laid { nodes: vec![EMPTY_NODE], slots: Vec::new() }, Vec::new());
+    // A root that is a leaf gets a node of its own.
+    let root = binary.node(binary.root);
+    let children = if root.plan[0] == 0 { Children::one(binary.root) } else { layout.children(binary.root) };
+    layout.fill_top(&mut top, 0, children, &mut below);
+    let jobs = below.iter().map(|&(_, at)| at).collect();
+    let parts = workers::map(threads, jobs, |at: At| {
+        let mut part = Laid::default();
+        let child = layout.lay(&mut part, at);
+        (part, child)
+    });
+    let Laid { mut nodes, mut slots } = top;
+    nodes.reserve_exact(parts.iter().map(|(part, _)| part.nodes.len()).sum());
+    slots.reserve_exact(parts.iter().map(|(part, _)| part.slots.len()).sum());
+    for (((to, k), _), (part, child)) in below.into_iter().zip(parts) {
+        let (first_node, first_block) = (nodes.len(), slots.len() / block_size);
+        assert!(first_block + part.slots.len() / block_size <= MAX_BLOCKS, "more than 2^27 blocks of primitives");
+        nodes[to].children[k] = child.moved(first_node, first_block);
+        nodes.extend(part.nodes.into_iter().map(|mut node| {
+            node.children = node.children.map(|child| child.moved(first_node, first_block));
+            node
+        }));
+        slots.extend(part.slots);
+    }
+    Collapsed { nodes, slots }
+}
+
+/// Up to eight binary nodes that become the children of a wide node.
+#[derive(Default)]
+struct Children {
+    at: [At; 8],
+    count: usize,
+}
+
+impl Children {
+    fn one(at: At) -> Self {
+        let mut one = Self::default();
+        one.push(at);
+        one
+    }
+
+    fn push(&mut self, at: At) {
+        self.at[self.count] = at;
+        self.count += 1;
+    }
+}
+
+/// A part of the wide tree; its links count from its own beginning.
+#[derive(Default)]
+struct Laid {
     nodes: Vec<Node>,
     slots: Vec<u32>,
 }
 
+struct Layout<'a> {
+    binary: &'a Binary,
+    block_size: usize,
+}
+
 impl Layout<'_> {
-    /// Lays out the whole tree; a root that is a leaf gets a node of its own.
-    fn root(&mut self) {
-        self.nodes.push(EMPTY_NODE);
-        let mut children = Vec::with_capacity(8);
-        match self.plans[0].choice[0] {
-            Choice::Node { left } => self.gather_halves(0, left, 8, &mut children),
-            _ => children.push(0),
-        }
-        self.fill(0, &children);
+    /// The children of a binary node that becomes a wide one.
+    fn children(&self, at: At) -> Children {
+        let mut children = Children::default();
+        self.gather_halves(at, self.binary.node(at).plan[0], 8, &mut children);
+        children
     }
 
     /// The binary nodes that become children when `at` gets `places` places.
-    fn gather(&self, at: usize, places: u8, children: &mut Vec<usize>) {
-        match self.plans[at].choice[places as usize - 1] {
-            Choice::Leaf | Choice::Node { .. } => children.push(at),
-            Choice::Split { left } => self.gather_halves(at, left, places, children),
-            Choice::Fewer => {
-                if places > 1 {
-                    self.gather(at, places - 1, children);
-                }
+    fn gather(&self, at: At, places: u8, children: &mut Children) {
+        match (places, self.binary.node(at).plan[places as usize - 1]) {
+            (1, _) => children.push(at),
+            (_, 0) => self.gather(at, places - 1, children),
+            (_, left) => self.gather_halves(at, left, places, children),
+        }
+    }
+
+    fn gather_halves(&self, at: At, left: u8, places: u8, children: &mut Children) {
+        let [left_half, right_half] = self.binary.node(at).children;
+        self.gather(left_half, left, children);
+        self.gather(right_half, places - left, children);
+    }
+
+    /// Writes the children of wide node `to` as far as they are of the top, and says which are not.
+    fn fill_top(&self, top: &mut Laid, to: usize, children: Children, below: &mut Vec<((usize, usize), At)>) {
+        for (k, &at) in children.at[..children.count].iter().enumerate() {
+            set_bounds(&mut top.nodes[to], k, &self.binary.node(at).bounds);
+            if at.arena as usize + 1 < self.binary.arenas.len() {
+                below.push(((to, k), at));
+                continue;
             }
+            let node = top.nodes.len();
+            top.nodes.push(EMPTY_NODE);
+            top.nodes[to].children[k] = Child::inner(node);
+            self.fill_top(top, node, self.children(at), below);
         }
     }
 
-    fn gather_halves(&self, at: usize, left: u8, places: u8, children: &mut Vec<usize>) {
-        self.gather(self.binary[at].link as usize, left, children);
-        self.gather(self.binary[at].right as usize, places - left, children);
-    }
-
-    /// Writes the children of wide node `to`, depth first.
-    fn fill(&mut self, to: usize, children: &[usize]) {
-        for (k, &at) in children.iter().enumerate() {
-            let bounds = self.binary[at].bounds;
-            set_bounds(&mut self.nodes[to], k, &bounds);
-            let child = match self.plans[at].choice[0] {
-                Choice::Node { left } => {
-                    let node = self.nodes.len();
-                    self.nodes.push(EMPTY_NODE);
-                    let mut grandchildren = Vec::with_capacity(8);
-                    self.gather_halves(at, left, 8, &mut grandchildren);
-                    self.fill(node, &grandchildren);
-                    Child::inner(node)
-                }
-                _ => self.leaf(at),
-            };
-            self.nodes[to].children[k] = child;
+    /// Appends the wide tree of a binary node, depth first.
+    fn lay(&self, part: &mut Laid, at: At) -> Child {
+        if self.binary.node(at).plan[0] == 0 {
+            return self.leaf(part, at);
         }
+        let to = part.nodes.len();
+        part.nodes.push(EMPTY_NODE);
+        let children = self.children(at);
+        for (k, &at) in children.at[..children.count].iter().enumerate() {
+            set_bounds(&mut part.nodes[to], k, &self.binary.node(at).bounds);
+            part.nodes[to].children[k] = self.lay(part, at);
+        }
+        Child::inner(to)
     }
 
-    fn leaf(&mut self, at: usize) -> Child {
-        let plan = &self.plans[at];
-        let first = self.slots.len() / self.block_size;
-        let range = plan.first as usize..(plan.first + plan.primitives) as usize;
+    fn leaf(&self, part: &mut Laid, at: At) -> Child {
+        let node = self.binary.node(at);
+        let first = part.slots.len() / self.block_size;
+        let range = node.first as usize..(node.first + node.count) as usize;
         let blocks = range.len().div_ceil(self.block_size);
-        assert!(blocks <= MAX_LEAF_BLOCKS && first + blocks <= MAX_BLOCKS, "more than 2^27 blocks of primitives");
-        self.slots.extend(self.refs[range].iter().map(PrimRef::index));
-        self.slots.resize((first + blocks) * self.block_size, EMPTY_SLOT);
+        assert!(blocks <= MAX_LEAF_BLOCKS, "a leaf of {blocks} blocks");
+        part.slots.extend_from_slice(&self.binary.order[range]);
+        part.slots.resize((first + blocks) * self.block_size, EMPTY_SLOT);
         Child::leaf(first, blocks)
     }
 }

@@ -6,10 +6,13 @@
 //!
 //! Traversal is written once over vectors of eight lanes and compiled for every instruction set in `simd`.
 
+mod bins;
 mod build;
 mod collapse;
 mod kernels;
+mod overlap;
 mod simd;
+mod split;
 mod triangles;
 
 pub use kernels::{BoxTest, TreeKernels};
@@ -75,6 +78,15 @@ impl Child {
 
     fn leaf(first: usize, blocks: usize) -> Self {
         Self(LEAF | (blocks as u32) << COUNT_SHIFT | first as u32)
+    }
+
+    /// The same child where its node or its blocks have moved by so much.
+    fn moved(self, nodes: usize, blocks: usize) -> Self {
+        match self {
+            Self::ABSENT => self,
+            _ if self.is_leaf() => Self(self.0 + blocks as u32),
+            _ => Self(self.0 + nodes as u32),
+        }
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
-use super::simd::{Isa, Lanes, LeafVisitor};
+use super::simd::{Isa, Lanes, LeafVisitor, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
@@ -47,24 +47,20 @@ pub struct Triangles {
 
 impl Triangles {
     /// Builds the tree over triangles, given by their corners.
-    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3], isa: Isa, threads: NonZeroUsize) -> Self {
-        let boxes: Vec<Aabb> = (0..count).map(|i| Aabb::of_points(corners(i))).collect();
-        let (tree, slots) = Bvh::build(&boxes, 8, isa, threads);
-        let blocks = slots
-            .chunks_exact(8)
-            .map(|slots| {
-                let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
-                for (lane, &id) in slots.iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
-                    for (corner, p) in corners(id as usize).into_iter().enumerate() {
-                        for axis in 0..3 {
-                            block.corners[corner][axis][lane] = p[axis];
-                        }
+    pub fn build(count: usize, corners: impl Fn(usize) -> [Vec3; 3] + Sync, isa: Isa, threads: NonZeroUsize) -> Self {
+        let (tree, slots) = Bvh::build(count, |i| Aabb::of_points(corners(i)), 8, isa, threads);
+        let blocks = filled(slots.len() / 8, threads, |k| {
+            let mut block = TriangleBlock { corners: [[[f32::NAN; 8]; 3]; 3], ids: [EMPTY_SLOT; 8] };
+            for (lane, &id) in slots[8 * k..][..8].iter().enumerate().filter(|&(_, &id)| id != EMPTY_SLOT) {
+                for (corner, p) in corners(id as usize).into_iter().enumerate() {
+                    for axis in 0..3 {
+                        block.corners[corner][axis][lane] = p[axis];
                     }
-                    block.ids[lane] = id;
                 }
-                block
-            })
-            .collect();
+                block.ids[lane] = id;
+            }
+            block
+        });
         Self { tree, blocks }
     }
 
@@ -297,10 +293,10 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
         let u = lanes.mul(s.dot(lanes, p), inverse);
         let q = s.cross(lanes, e1);
         let v = lanes.mul(d.dot(lanes, q), inverse);
-        let t = lanes.mul(e2.dot(lanes, q), inverse);
         let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
         let parallel = lanes.le(lanes.abs(det), lanes.splat(if CLASSIC { 1e-6 } else { 0.0 }));
-        self.t = lanes.store(t);
+        // Leaving out t and the stores where no lane is inside made no difference (0.98 to 1.04, blobs100k).
+        self.t = lanes.store(lanes.mul(e2.dot(lanes, q), inverse));
         self.u = lanes.store(u);
         self.v = lanes.store(v);
         lanes.le(zero, u) & lanes.le(zero, v) & lanes.le(lanes.add(u, v), one) & !parallel

@@ -1,13 +1,17 @@
 //! Flags, as clap reads them.
 
+use super::Failure;
+use super::compare::CompareArgs;
+use super::study::StudyCommand;
 use crate::bvh::Isa;
-use crate::description::{Numerics, SceneDesc, Shading, Shadows, limits};
+use crate::description::{Filter, Numerics, SceneDesc, Shading, Shadows, limits};
 use crate::render::Settings;
 use crate::tui::ColorChoice;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// `glimt [SCENE]`, `glimt render`, `glimt check`.
 #[derive(Debug, Parser)]
@@ -31,6 +35,13 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// List the keys of the interface
+    Keys(KeysArgs),
+    /// Say how far two pictures are apart
+    Compare(CompareArgs),
+    /// Measure speed, accuracy and growth, and draw them
+    #[command(subcommand)]
+    Study(StudyCommand),
 }
 
 #[derive(Debug, Args)]
@@ -39,6 +50,15 @@ pub struct CheckArgs {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub isa: IsaArg,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct KeysArgs {
+    /// As a table in Markdown
+    #[arg(long)]
+    pub markdown: bool,
     #[command(flatten)]
     pub color: ColorArg,
 }
@@ -56,9 +76,18 @@ pub struct RenderArgs {
     /// Worker threads [default: all processors]
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<NonZeroUsize>,
-    /// Samples a pixel
+    /// Samples a pixel; with --error or --time the most that a pixel gets
     #[arg(long, value_name = "N", value_parser = whole(1, limits::MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: Option<u32>,
+    /// Refine where the picture is wrong until its error is down to this: root mean square in 8-bit codes
+    #[arg(long, value_name = "CODES", value_parser = error, allow_negative_numbers = true)]
+    pub error: Option<f64>,
+    /// Render the best picture that can be had in this many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub time: Option<Duration>,
+    /// How samples make a pixel
+    #[arg(long, value_name = "FILTER", value_parser = named(Filter::NAMES))]
+    pub filter: Option<Filter>,
     /// Reflections and refractions along a path
     #[arg(long, value_name = "N", value_parser = whole(0, limits::MAX_DEPTH), allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
@@ -97,17 +126,21 @@ pub struct IsaArg {
 }
 
 impl IsaArg {
-    /// What the flag says, or else the variable `GLIMT_ISA`, or else the fastest that there is. The error is for people.
-    pub fn chosen(&self) -> Result<Isa, String> {
-        const VARIABLE: &str = "GLIMT_ISA";
-        match (self.isa, std::env::var_os(VARIABLE)) {
-            (Some(isa), _) => Ok(isa),
-            (None, Some(name)) if !name.is_empty() => {
-                let name = name.to_string_lossy();
-                name.parse().map_err(|error| format!("the variable {VARIABLE} is '{name}': {error}"))
-            }
-            _ => Ok(Isa::best()),
+    /// What the flag says, or else [`usual_isa`].
+    pub fn chosen(&self) -> Result<Isa, Failure> {
+        self.isa.map_or_else(usual_isa, Ok)
+    }
+}
+
+/// What the variable `GLIMT_ISA` says, or else the fastest that there is.
+pub fn usual_isa() -> Result<Isa, Failure> {
+    const VARIABLE: &str = "GLIMT_ISA";
+    match std::env::var_os(VARIABLE) {
+        Some(name) if !name.is_empty() => {
+            let name = name.to_string_lossy();
+            name.parse().map_err(|error| Failure::Asked(format!("the variable {VARIABLE} is '{name}': {error}")))
         }
+        _ => Ok(Isa::best()),
     }
 }
 
@@ -125,7 +158,14 @@ impl RenderArgs {
             (desc.film.width, desc.film.height) = (width, height);
         }
         let render = &mut desc.render;
-        render.samples = self.samples.unwrap_or(render.samples);
+        if self.samples.is_some() || self.error.is_some() || self.time.is_some() {
+            // Where rendering ends is asked for here: the scene's own end does not count.
+            let endless = self.time.map(|_| 0.0);
+            render.error = self.error.or(endless);
+            let most = if self.error.is_some() { limits::ADAPTIVE_SAMPLES } else { limits::MAX_SAMPLES };
+            render.samples = self.samples.unwrap_or(most);
+        }
+        render.filter = self.filter.unwrap_or(render.filter);
         render.max_depth = self.max_depth.unwrap_or(render.max_depth);
         render.shading = self.shading.unwrap_or(render.shading);
         render.shadows = self.shadows.unwrap_or(render.shadows);
@@ -141,7 +181,7 @@ impl RenderArgs {
 /// Most threads that can be asked for: more than any machine has processors, fewer than break one.
 const MAX_THREADS: usize = 1024;
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
     let form = "write it as 1280x720";
     let (width, height) = text.split_once(['x', 'X', '×']).ok_or(form)?;
     let side = |text: &str| match text.trim().parse::<u32>() {
@@ -158,17 +198,36 @@ fn is_whole(text: &str) -> bool {
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
+pub(super) fn error(text: &str) -> Result<f64, String> {
+    let (low, high) = (limits::ERROR.start(), limits::ERROR.end());
+    let found = text.parse().ok().filter(|number| limits::ERROR.contains(number));
+    found.ok_or_else(|| format!("must be from {low} to {high}"))
+}
+
+/// The longest time that can be asked for: a week.
+const MAX_SECONDS: f64 = 604_800.0;
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let found = text.parse().ok().filter(|seconds| (0.001..=MAX_SECONDS).contains(seconds));
+    found.map(Duration::from_secs_f64).ok_or_else(|| format!("must be from 0.001 to {MAX_SECONDS}"))
+}
+
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let in_range = |n: &NonZeroUsize| n.get() <= MAX_THREADS;
     text.parse().ok().filter(in_range).ok_or_else(|| format!("must be from 1 to {MAX_THREADS}"))
 }
 
 /// A whole number from `low` to `high`.
-fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
+pub(super) fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
     move |text: &str| {
         let found = text.parse().ok().filter(|number| (low..=high).contains(number));
         found.ok_or_else(|| format!("must be from {low} to {high}"))
     }
+}
+
+/// A difference of colours in 8-bit codes.
+pub(super) fn codes(text: &str) -> Result<f64, &'static str> {
+    text.parse().ok().filter(|codes| (0.0..=255.0).contains(codes)).ok_or("must be from 0 to 255")
 }
 
 fn tile_size(text: &str) -> Result<u32, &'static str> {
@@ -177,7 +236,9 @@ fn tile_size(text: &str) -> Result<u32, &'static str> {
 }
 
 /// One of the values of a table, by name.
-fn named<T: Copy + Send + Sync + 'static>(names: &'static [(&'static str, T)]) -> impl TypedValueParser<Value = T> {
+pub(super) fn named<T: Copy + Send + Sync + 'static>(
+    names: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _)| PossibleValue::new(*name))).try_map(move |text| {
         names.iter().find(|(name, _)| *name == text).map(|(_, value)| *value).ok_or("no such value")
     })
@@ -219,6 +280,22 @@ mod tests {
     }
 
     #[test]
+    fn what_ends_a_render_is_what_the_flags_say_where_they_say_anything() {
+        let ends = |flags: &str| {
+            let mut desc = SceneDesc::default();
+            (desc.render.samples, desc.render.error) = (9, Some(2.0));
+            parse(&format!("glimt{flags}")).unwrap().show.override_scene(&mut desc);
+            (desc.render.samples, desc.render.error)
+        };
+        assert_eq!(ends(""), (9, Some(2.0)));
+        assert_eq!(ends(" --samples 5"), (5, None));
+        assert_eq!(ends(" --error 0.5"), (limits::ADAPTIVE_SAMPLES, Some(0.5)));
+        assert_eq!(ends(" --samples 64 --error 0.5"), (64, Some(0.5)));
+        assert_eq!(ends(" --time 3"), (limits::MAX_SAMPLES, Some(0.0)));
+        assert_eq!(ends(" --time 3 --samples 8"), (8, Some(0.0)));
+    }
+
+    #[test]
     fn no_flags_change_nothing() {
         let mut desc = SceneDesc::default();
         parse("glimt render a.toml").unwrap();
@@ -242,6 +319,12 @@ mod tests {
             ("--threads 0", "from 1 to 1024"),
             ("--threads 99999999999999999999", "from 1 to 1024"),
             ("--samples 0", "from 1 to 1048576"),
+            ("--error 0", "from 0.01 to 64"),
+            ("--error NaN", "from 0.01 to 64"),
+            ("--error -1", "from 0.01 to 64"),
+            ("--time 0", "from 0.001 to 604800"),
+            ("--time inf", "from 0.001 to 604800"),
+            ("--filter lanczos", "box, tent"),
             ("--max-depth 65", "from 0 to 64"),
             ("--tile-size 12", "multiple of 8"),
             ("--shading gouraud", "lambert, phong, whitted"),

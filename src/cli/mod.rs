@@ -2,15 +2,18 @@
 
 mod args;
 mod check;
+mod compare;
 mod failure;
 mod model_scene;
 mod open;
+mod stability;
+mod study;
 
 use crate::description::{FilmDesc, printable};
 use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
 use crate::output::{check_target, save_png};
 use crate::tui;
-use args::{CheckArgs, Cli, Command, RenderArgs};
+use args::{CheckArgs, Cli, Command, KeysArgs, RenderArgs};
 use check::Inventory;
 use clap::Parser;
 use clap::error::{ContextKind, ErrorKind};
@@ -35,6 +38,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let (color, done) = match &cli.command {
         Some(Command::Render(args)) => (args.color.color, render(args, begun)),
         Some(Command::Check(args)) => (args.color.color, check(args)),
+        Some(Command::Keys(args)) => (args.color.color, keys(args)),
+        Some(Command::Compare(args)) => (args.color.color, compare::compare(args)),
+        Some(Command::Study(command)) => (command.color(), study::run(command)),
         None => (cli.show.color.color, show(&cli.show, begun)),
     };
     match done {
@@ -53,7 +59,7 @@ fn answer(from_clap: &clap::Error) -> ExitCode {
             Some(twice) => format!("error: {twice} is given twice; give it once"),
             // Clap takes the second of two scenes for a command.
             None => {
-                "error: there can be one scene, and a command (render or check) stands before all options".to_owned()
+                "error: there can be one scene, and a command (such as render) stands before all options".to_owned()
             }
         },
         _ => from_clap.render().to_string(),
@@ -78,8 +84,12 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
         return render(args, begun);
     }
+    let keymap = tui::keymap::load().map_err(Failure::Asked)?;
     let (mut opened, output) = open(args)?;
     let options = tui::Options {
+        source: opened.source(),
+        directory: opened.directory(),
+        keymap,
         scene_name: opened.name().to_string_lossy().into_owned(),
         desc: opened.desc.clone(),
         compiled: opened.compiled.take().map(Arc::new),
@@ -108,10 +118,11 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
     }
     let settings = args.settings();
-    let rendered = headless::render(Arc::clone(&scene), settings, args.quiet).map_err(|error| match error {
-        Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
-        other => Failure::could_not(other),
-    })?;
+    let rendered =
+        headless::render(Arc::clone(&scene), settings, args.time, args.quiet).map_err(|error| match error {
+            Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
+            other => Failure::could_not(other),
+        })?;
     let saving = Instant::now();
     save_png(&rendered.film, &output).map_err(Failure::could_not)?;
     let seconds = Seconds {
@@ -122,7 +133,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         save: saving.elapsed().as_secs_f64(),
         total: begun.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&scene, &rendered, settings, &opened.file, &output, seconds);
+    let report = Report::new(&scene, &rendered, settings, args.time, &opened.file, &output, seconds);
     if !args.quiet {
         if report.non_finite > 0 {
             let samples = if report.non_finite == 1 { "sample was" } else { "samples were" };
@@ -140,9 +151,23 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
 
 /// `glimt check`
 fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
-    let opened = Opened::new(args.scene.as_deref(), None, &args.isa)?;
+    let opened = Opened::new(args.scene.as_deref(), None, args.isa.chosen()?)?;
     let scene = opened.compile()?;
     print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `glimt keys`
+fn keys(args: &KeysArgs) -> Result<ExitCode, Failure> {
+    let keymap = tui::keymap::load().map_err(Failure::Asked)?;
+    if args.markdown {
+        print(keymap.markdown().trim_end())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let file = tui::keymap::file().map(|file| file.to_string_lossy().into_owned());
+    let place =
+        file.map(|file| format!("\nOther keys: {} (for example: undo = [\"u\", \"Ctrl-U\"])", printable(&file)));
+    print(format_args!("{}{}", keymap.table(), place.unwrap_or_default()))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -150,7 +175,7 @@ fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
 /// picture that is too large are found before the work, not after it.
 fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
     let film = args.size.map(|(width, height)| FilmDesc { width, height });
-    let mut opened = Opened::new(args.scene.as_deref(), film, &args.isa)?;
+    let mut opened = Opened::new(args.scene.as_deref(), film, args.isa.chosen()?)?;
     args.override_scene(&mut opened.desc);
     let output = args.output.clone().unwrap_or_else(|| opened.default_output());
     if output.as_os_str() == "-" {

@@ -47,6 +47,7 @@ fn around(model: ObjectDesc, bare: bool, lower: DVec3, upper: DVec3, film: FilmD
         kind: LightKind::Directional { direction: -from },
         color: color(tint),
         intensity,
+        visible: true,
     };
     let ground = ObjectDesc {
         name: "floor".into(),

@@ -1,15 +1,16 @@
 //! Scene files and models to descriptions.
 
 use super::Failure;
-use super::args::IsaArg;
 use super::model_scene::scene_of_model;
 use crate::bvh::Isa;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
 use crate::scene::{CompileError, Scene, compile_for};
+use crate::tui::FileText;
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A scene as the command line names it.
@@ -35,9 +36,8 @@ const MAX_TEXT: u64 = 256 << 20;
 impl Opened {
     /// Reads a scene, or makes one for a model; the demo scene if there is no file. `film`: the size that the flags
     /// ask for, which a model is framed for.
-    pub fn new(file: Option<&Path>, film: Option<FilmDesc>, isa: &IsaArg) -> Result<Self, Failure> {
+    pub fn new(file: Option<&Path>, film: Option<FilmDesc>, isa: Isa) -> Result<Self, Failure> {
         let begun = Instant::now();
-        let isa = isa.chosen().map_err(Failure::Asked)?;
         let file = file.unwrap_or(Path::new(DEMO));
         let is_model = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
         let (desc, text, compiled) = if is_model {
@@ -77,6 +77,24 @@ impl Opened {
             Some(mistake) => Failure::Scene(vec![mistake]),
             None => Failure::asked(error),
         }
+    }
+
+    /// What the interface saves into: the file as it was read; `None` for a model.
+    pub fn source(&self) -> Option<FileText> {
+        let text = self.text.clone()?;
+        // Without the flags, which are not written into the file.
+        let desc = parse(&text, &self.file).ok()?;
+        Some(FileText { file: self.file.clone(), text, desc: Arc::new(desc) })
+    }
+
+    /// Where the file is, absolute; for the built-in scene the working directory.
+    pub fn directory(&self) -> PathBuf {
+        let parent = match builtin(&self.file) {
+            Some(_) => Path::new(""),
+            None => self.file.parent().unwrap_or(Path::new("")),
+        };
+        let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+        parent.canonicalize().unwrap_or_else(|_| parent.to_owned())
     }
 
     /// The file's name without its ending.

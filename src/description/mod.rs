@@ -5,14 +5,26 @@
 
 mod builtin;
 mod diagnostic;
+pub mod edit;
 mod escape;
+mod expression;
+mod history;
+mod interval;
 mod names;
+pub mod parameter;
 mod parse;
+mod save;
+mod target;
 
 pub use builtin::{DEMO, builtin};
 pub use diagnostic::Diagnostic;
 pub use escape::printable;
-pub use parse::{Entry, parse, parse_color, point_out};
+pub use expression::Expression;
+pub use history::History;
+pub use interval::Interval;
+pub use parse::{color_code, files_named, parse, parse_color, point_out};
+pub use save::{SaveError, Source, save};
+pub use target::{Refused, Target};
 
 use crate::math::Rgb;
 use glam::{DVec2, DVec3};
@@ -108,8 +120,13 @@ pub struct RenderDesc {
     pub shading: Shading,
     /// How many times a ray may be reflected or refracted (0: none), at most 64.
     pub max_depth: u32,
-    /// Samples a pixel, at least 1.
+    /// Samples a pixel, at least 1; with `error` the most that a pixel may get.
     pub samples: u32,
+    /// Root mean square of the sampling error, in 8-bit codes, at which rendering ends: samples go where the error is.
+    /// `None`: every pixel gets `samples`.
+    pub error: Option<f64>,
+    /// How samples make a pixel.
+    pub filter: Filter,
     /// What glass does to shadow rays.
     pub shadows: Shadows,
     /// Which arithmetic finds the hits.
@@ -125,6 +142,15 @@ pub enum Shading {
     Phong,
     /// Phong with shadows, reflection and refraction.
     Whitted,
+}
+
+/// `filter`: the weight of the film around the middle of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// The square of the pixel: the mean of what is seen through it.
+    Box,
+    /// A pyramid two pixels wide: softer, with weaker moire.
+    Tent,
 }
 
 /// `shadows`: what a transparent object does to a shadow ray.
@@ -160,6 +186,8 @@ pub struct LightDesc {
     pub color: Rgb,
     /// Factor on the colour, at least 0.
     pub intensity: f64,
+    /// Whether it shines: `visible = false` turns it off.
+    pub visible: bool,
 }
 
 /// Where a light shines from.
@@ -274,11 +302,13 @@ pub struct ObjectDesc {
     pub rotate: DVec3,
     /// Factors along the object's axes, none of them 0.
     pub scale: DVec3,
+    /// Whether it is there for any ray: `visible = false` takes it out of the picture and keeps it in the file.
+    pub visible: bool,
 }
 
 /// `shape` of an object. All are centred on the object's origin; the axis of cylinder and cone is y, plane and quad
 /// look along +y. u and v of every shape are stated in `geometry`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum ShapeDesc {
     /// `radius`
     Sphere {
@@ -325,6 +355,23 @@ pub enum ShapeDesc {
     },
 }
 
+impl PartialEq for ShapeDesc {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Sphere { radius: a }, Self::Sphere { radius: b }) => a == b,
+            (Self::Cuboid { size: a }, Self::Cuboid { size: b }) => a == b,
+            (Self::Cylinder { radius: a, height: c }, Self::Cylinder { radius: b, height: d })
+            | (Self::Cone { radius: a, height: c }, Self::Cone { radius: b, height: d }) => a == b && c == d,
+            (Self::Plane, Self::Plane) => true,
+            (Self::Quad { size: a }, Self::Quad { size: b }) => a == b,
+            (Self::Mesh { file: a, crease: c }, Self::Mesh { file: b, crease: d }) => a == b && c == d,
+            // Descriptions are compared with every edit, and there may be a million of spheres.
+            (Self::Spheres { data: a }, Self::Spheres { data: b }) => Arc::ptr_eq(a, b) || a == b,
+            _ => false,
+        }
+    }
+}
+
 impl Default for FilmDesc {
     fn default() -> Self {
         Self { width: 1280, height: 720 }
@@ -354,6 +401,8 @@ impl Default for RenderDesc {
             shading: Shading::Whitted,
             max_depth: 8,
             samples: 16,
+            error: None,
+            filter: Filter::Box,
             shadows: Shadows::Opaque,
             numerics: Numerics::Robust,
         }
@@ -367,6 +416,7 @@ impl Default for LightDesc {
             kind: LightKind::Point { position: DVec3::new(4.0, 6.0, 3.0), falloff: Falloff::None },
             color: Rgb::WHITE,
             intensity: 1.0,
+            visible: true,
         }
     }
 }
@@ -400,6 +450,7 @@ impl ObjectDesc {
             translate: DVec3::ZERO,
             rotate: DVec3::ZERO,
             scale: DVec3::ONE,
+            visible: true,
         }
     }
 }
@@ -412,6 +463,12 @@ pub mod limits {
     pub const MAX_DEPTH: u32 = 64;
     /// Largest number of samples a pixel.
     pub const MAX_SAMPLES: u32 = 1 << 20;
+    /// The most samples that a pixel gets on the way to an error where no number is given.
+    pub const ADAPTIVE_SAMPLES: u32 = 4096;
+    /// Error that is aimed at where none is stated, 8-bit codes.
+    pub const USUAL_ERROR: f64 = 0.5;
+    /// Smallest and largest error that can be asked for, 8-bit codes.
+    pub const ERROR: std::ops::RangeInclusive<f64> = 0.01..=64.0;
     /// Largest coordinate, radius, edge or factor of scale.
     pub const MAX_LENGTH: f64 = 1e12;
     /// Smallest radius, edge or factor of scale.
@@ -422,6 +479,10 @@ pub mod limits {
     pub const MAX_LIGHT: f64 = 1e9;
     /// Largest k_a, k_d and k_s.
     pub const MAX_COEFFICIENT: f64 = 1e6;
+    /// Ranks of overlapping bodies.
+    pub const PRIORITY: std::ops::RangeInclusive<i64> = -1000..=1000;
+    /// Sine of the smallest angle between view and `up`.
+    pub const MIN_UP_SINE: f64 = 1e-9;
     /// Vertical angle of view where none is given, degrees.
     pub const DEFAULT_FOV: f64 = 40.0;
     /// Crease angle where none is given, degrees.

@@ -1,6 +1,6 @@
 //! The words of the scene language for its choices: the same in files, flags and reports.
 
-use super::{Numerics, Shading, Shadows};
+use super::{Falloff, Filter, Numerics, Shading, Shadows, Wrap};
 
 macro_rules! names {
     ($choice:ident { $($name:literal => $value:ident),+ }) => {
@@ -20,4 +20,7 @@ macro_rules! names {
 
 names!(Shading { "lambert" => Lambert, "phong" => Phong, "whitted" => Whitted });
 names!(Shadows { "opaque" => Opaque, "filtered" => Filtered });
+names!(Falloff { "none" => None, "inverse-square" => InverseSquare });
+names!(Wrap { "repeat" => Repeat, "clamp" => Clamp, "mirror" => Mirror });
+names!(Filter { "box" => Box, "tent" => Tent });
 names!(Numerics { "classic" => Classic, "fast" => Fast, "robust" => Robust, "reference" => Reference });

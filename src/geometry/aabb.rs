@@ -69,6 +69,17 @@ impl Aabb {
         self.lower.cmple(other.lower).all() && self.upper.cmpge(other.upper).all()
     }
 
+    /// Whether the two have a point in common, borders included.
+    pub fn overlaps(&self, other: &Aabb) -> bool {
+        self.lower.cmple(other.upper).all() && self.upper.cmpge(other.lower).all()
+    }
+
+    /// A lower bound on the distance between points of the two: the widest gap along an axis, 0 if they overlap.
+    pub fn distance(&self, other: &Aabb) -> f64 {
+        let gap = |lower: Vec3, upper: Vec3| (lower.as_dvec3() - upper.as_dvec3()).max_element();
+        gap(self.lower, other.upper).max(gap(other.lower, self.upper)).max(0.0)
+    }
+
     /// The largest absolute coordinate, 0 if empty.
     pub fn max_abs(&self) -> f64 {
         if self.lower.x > self.upper.x { 0.0 } else { f64::from(self.lower.abs().max(self.upper.abs()).max_element()) }

@@ -38,15 +38,17 @@ impl Meter {
                 Self::Bar(bar.with_style(style))
             }
             _ => {
-                let (width, height, samples) = (scene.width, scene.height, scene.render.samples);
+                let (width, height) = (scene.width, scene.height);
                 let plural = |number: usize| if number == 1 { "" } else { "s" };
                 let threads = settings.threads.get();
-                tell(format_args!(
-                    "rendering {width}x{height}, {samples} sample{} a pixel, {threads} thread{}, {}",
-                    plural(samples as usize),
-                    plural(threads),
-                    scene.isa().name()
-                ));
+                let samples = scene.render.samples;
+                let aim = match scene.render.error {
+                    Some(error) if error > 0.0 => format!("to an error of {error} of 255"),
+                    Some(_) => "as well as time allows".to_owned(),
+                    None => format!("{samples} sample{} a pixel", plural(samples as usize)),
+                };
+                let isa = scene.isa().name();
+                tell(format_args!("rendering {width}x{height}, {aim}, {threads} thread{}, {isa}", plural(threads)));
                 Self::Lines { tenth: 0, last: now }
             }
         }
@@ -57,8 +59,8 @@ impl Meter {
         match self {
             Self::Quiet => {}
             Self::Bar(bar) => {
-                bar.set_length(progress.samples_total);
-                bar.set_position(progress.samples_done);
+                bar.set_length(1000);
+                bar.set_position((1000.0 * progress.part()) as u64);
                 bar.set_message(line(progress, now));
             }
             Self::Lines { tenth, last } => {
@@ -88,7 +90,8 @@ fn tell(line: impl Display) {
 fn line(progress: &Progress, now: Instant) -> String {
     let gone = span(progress.elapsed(now));
     let left = progress.eta(now).map_or(String::new(), |eta| format!(", {} left", range(eta)));
-    format!("{} %, {gone} gone{left}", progress.percent())
+    let error = progress.error().map_or(String::new(), |error| format!(", error {error:.2} of 255"));
+    format!("{} %, {gone} gone{left}{error}", progress.percent())
 }
 
 /// "12 s to 15 s": whole seconds, outward.

@@ -7,11 +7,11 @@ mod signals;
 
 pub use memory::{TooLarge, check_memory};
 pub use report::{Report, Seconds};
+pub use signals::Signals;
 
 use crate::render::{Film, Progress, RenderError, RenderEvent, Settings, start};
 use crate::scene::Scene;
 use meter::Meter;
-use signals::Signals;
 use std::fmt;
 use std::io;
 use std::sync::Arc;
@@ -61,15 +61,24 @@ impl std::error::Error for Unfinished {}
 /// How long a signal may go unnoticed, and the bar unmoved.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Renders a scene to its end. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM end it early; they are
+/// Renders a scene to its end, or for this time. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM end it early; they are
 /// still held back when this returns, so that what follows is not cut off in the middle.
-pub fn render(scene: Arc<Scene>, settings: Settings, quiet: bool) -> Result<Rendered, Unfinished> {
+pub fn render(
+    scene: Arc<Scene>,
+    settings: Settings,
+    time: Option<Duration>,
+    quiet: bool,
+) -> Result<Rendered, Unfinished> {
     let signals = Signals::listen().map_err(Unfinished::Signals)?;
     let begun = Instant::now();
     let mut film = Film::new(scene.width, scene.height);
     let mut progress = Progress::new(&scene, settings.threads.get(), begun);
     let mut meter = Meter::new(quiet, &scene, settings, begun);
     let handle = start(scene, settings);
+    if let Some(time) = time {
+        progress.set_time_limit(time);
+        handle.finish_by(begun + time);
+    }
     loop {
         let event = handle.events().recv_timeout(PATIENCE);
         let now = Instant::now();
@@ -82,7 +91,7 @@ pub fn render(scene: Arc<Scene>, settings: Settings, quiet: bool) -> Result<Rend
                 progress.update(&event, now);
                 match event {
                     RenderEvent::TileFinished { tile, .. } => film.write(&tile),
-                    RenderEvent::TileStarted { .. } => {}
+                    RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
                     RenderEvent::Finished => break,
                     RenderEvent::Failed(error) => {
                         meter.end();

@@ -7,6 +7,12 @@ pub fn srgb_to_linear(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
+/// Linear to sRGB-encoded, 0..=1, clamped. NaN gives 0.
+pub fn linear_to_srgb(v: f64) -> f64 {
+    let v = if v > 0.0 { v.min(1.0) } else { 0.0 };
+    if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
 /// The linear value of each 8-bit code.
 static DECODE: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|c| srgb_to_linear(c as f64 / 255.0)));
 
@@ -34,6 +40,15 @@ mod tests {
         for c in 0..=255 {
             assert_eq!(linear_to_srgb8(srgb8_to_linear(c)), c);
         }
+    }
+
+    #[test]
+    fn the_two_curves_are_inverse_to_each_other() {
+        for i in 0..=1000 {
+            let v = f64::from(i) / 1000.0;
+            assert!((linear_to_srgb(srgb_to_linear(v)) - v).abs() < 1e-6, "at {v}");
+        }
+        assert_eq!([-1.0, f64::NAN, 2.0].map(linear_to_srgb), [0.0, 0.0, 1.0]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub fn check_target(file: &Path) -> io::Result<()> {
 
 /// Writes `bytes` to a temporary file beside `file` and renames it when they have reached the disk. On failure the
 /// temporary file is removed and `file` is as it was.
-pub(super) fn write_whole(file: &Path, bytes: &[u8]) -> io::Result<()> {
+pub fn write_whole(file: &Path, bytes: &[u8]) -> io::Result<()> {
     match Target::of(file)? {
         Target::Device => OpenOptions::new().write(true).open(file).and_then(|mut device| device.write_all(bytes)),
         Target::File(target) => Part::create(&target).and_then(|mut part| {

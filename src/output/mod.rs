@@ -3,5 +3,5 @@
 mod atomic;
 mod png;
 
-pub use atomic::check_target;
-pub use png::save_png;
+pub use atomic::{check_target, write_whole};
+pub use png::{encode_png, save_png};

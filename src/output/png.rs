@@ -21,9 +21,14 @@ pub fn save_png(film: &Film, file: &Path) -> io::Result<()> {
 
 /// The bytes of the PNG file.
 fn encode(film: &Film) -> io::Result<Vec<u8>> {
+    encode_png(film.width(), film.height(), &film.to_srgb8())
+}
+
+/// The bytes of a PNG file with these sRGB codes, three a pixel, row by row.
+pub fn encode_png(width: u32, height: u32, codes: &[u8]) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive)
-        .write_image(&film.to_srgb8(), film.width(), film.height(), ExtendedColorType::Rgb8)
+        .write_image(codes, width, height, ExtendedColorType::Rgb8)
         .map_err(io::Error::other)?;
     bytes.splice(AFTER_HEADER..AFTER_HEADER, SRGB_CHUNK);
     Ok(bytes)
@@ -40,7 +45,7 @@ mod tests {
         let pixels =
             (0..width * height).map(|_| [(); 3].map(|()| random.range(-0.1, 1.2) as f32)).collect::<Vec<[f32; 3]>>();
         let mut film = Film::new(width, height);
-        film.write(&TileImage { rect: Rect { x: 0, y: 0, width, height }, pixels });
+        film.write(&TileImage { rect: Rect { x: 0, y: 0, width, height }, pixels, ..TileImage::default() });
         film
     }
 

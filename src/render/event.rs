@@ -28,20 +28,29 @@ pub enum RenderEvent {
         /// The samples that were traced.
         pass: Pass,
     },
-    /// Every tile has got all its samples; the last event.
+    /// A round of refinement is over, and how wrong the picture still is was judged from all of it.
+    Estimated {
+        /// Root mean square of the sampling error, 8-bit codes.
+        error: f64,
+    },
+    /// Every tile has got all its samples, the error is small enough or the time is over; the last event.
     Finished,
     /// A worker panicked; the render is over.
     Failed(RenderError),
 }
 
 /// The pixels of a finished tile, to be put into a film.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileImage {
     /// Where they belong.
     pub rect: Rect,
     /// Linear radiance, row by row, `rect.width * rect.height`. Pixels without a sample yet hold that of the nearest
     /// lattice point up and left.
     pub pixels: Vec<[f32; 3]>,
+    /// Samples of each pixel so far.
+    pub samples: Vec<u32>,
+    /// Expected error of each pixel, 8-bit codes: root mean square over the channels. Empty as long as nothing can be said.
+    pub errors: Vec<f32>,
 }
 
 /// What one pass over one tile took.
@@ -55,6 +64,21 @@ pub struct TileStats {
     pub non_finite: u64,
     /// Time spent tracing.
     pub busy: Duration,
+    /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as
+    /// nothing can be said.
+    pub squared_error: Option<f64>,
+    /// Weight of the paths that were not followed: sum over the pixels, and that of the worst pixel. Times
+    /// [`Scene::largest_radiance`](crate::scene::Scene::largest_radiance) it bounds what they would add.
+    pub cut: Cut,
+}
+
+/// Weight of paths that were not followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Summed over pixels.
+    pub sum: f64,
+    /// Of the pixel that lacks most.
+    pub largest: f64,
 }
 
 /// Why a render stopped before its end.

@@ -18,6 +18,15 @@ impl Film {
         Self { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] }
     }
 
+    /// A film of these pixels, row by row.
+    ///
+    /// # Panics
+    /// If they are not `width * height`.
+    pub fn of_pixels(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Self {
+        assert_eq!(pixels.len(), width as usize * height as usize, "pixels of a film of {width}x{height}");
+        Self { width, height, pixels }
+    }
+
     /// Pixels across.
     pub fn width(&self) -> u32 {
         self.width

@@ -1,17 +1,22 @@
 //! Worker threads and their handle.
 
+use super::census::{Census, Plan};
 use super::control::Control;
-use super::event::{RenderError, RenderEvent};
-use super::pass::Pass;
-use super::tile::{Batch, Rect, Tile, is_valid_side};
+use super::event::{RenderError, RenderEvent, TileStats};
+use super::map::Map;
+use super::pass::{COARSEST, Pass};
+use super::pixel::JUDGED;
+use super::round::Round;
+use super::tile::{Batch, Rect, Tile, Traced, Tracer, is_valid_side};
 use crate::scene::Scene;
 use crate::shading::sampler;
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded, unbounded};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::Instant;
 
 /// How a render is carried out; nothing here changes a bit of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +66,12 @@ impl RenderHandle {
     pub fn resume(&self) {
         self.control.pause(false);
     }
+
+    /// Ends the render at this time with `Finished` and all that is known then, but not before there is a whole picture.
+    /// Pauses put it off. This alone makes a picture that is not a function of the scene.
+    pub fn finish_by(&self, deadline: Instant) {
+        self.control.set_deadline(deadline);
+    }
 }
 
 impl Drop for RenderHandle {
@@ -75,30 +86,43 @@ impl Drop for RenderHandle {
 /// puts the tile at the end of the queue if it has passes to come. So all tiles go through the passes together, a tile is
 /// in one pair of hands at a time, and nobody waits for anybody.
 ///
+/// With an error to reach, the passes that give every pixel its first sample are followed by rounds. A round begins when all
+/// tiles have ended the one before: who comes last adds up how wrong the picture is and plans which pixels are worth
+/// more samples.
+///
 /// # Panics
 /// If `settings.tile_size` is not a multiple of 8.
 pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
     assert!(is_valid_side(settings.tile_size), "tile size {} is not a multiple of 8", settings.tile_size);
-    let control = Arc::new(Control::default());
     let (event_sender, events) = bounded(EVENTS_IN_FLIGHT);
     let (queue_sender, queue) = unbounded();
     let tiles = Rect::spiral(scene.width, scene.height, settings.tile_size);
-    let open = Arc::new(AtomicUsize::new(tiles.len()));
+    let control = Arc::new(Control::new(tiles.len()));
+    let render = scene.render;
+    // Fewer samples than can be judged are the same everywhere.
+    let target = render.error.filter(|_| render.samples > JUDGED);
+    let shared = Arc::new(Shared {
+        passes: if target.is_some() { Pass::lattices() } else { Pass::sequence(render.samples) },
+        target,
+        map: target.map(|_| Map::new(scene.width, scene.height)),
+        scene,
+        control: control.clone(),
+        tiles: tiles.len(),
+        done: AtomicUsize::new(0),
+        at_work: AtomicUsize::new(settings.threads.get()),
+        gathering: Mutex::default(),
+    });
     for rect in tiles {
         // The queue outlives the loop, so this can not fail.
-        let _ = queue_sender.send(Some((Tile::new(rect), 0)));
+        let _ = queue_sender.send(Some(Job { tile: Tile::new(rect), step: Step::Listed(0) }));
     }
-    let passes: Arc<[Pass]> = Pass::sequence(scene.render.samples).into();
     for index in 0..settings.threads.get() {
         let worker = Worker {
             index,
-            scene: scene.clone(),
-            passes: passes.clone(),
-            control: control.clone(),
+            shared: shared.clone(),
             events: event_sender.clone(),
             queue: queue.clone(),
             requeue: queue_sender.clone(),
-            open: open.clone(),
         };
         let started =
             thread::Builder::new().name(format!("render {index}")).stack_size(STACK).spawn(move || worker.run());
@@ -121,26 +145,69 @@ fn report_failure(sender: &Sender<RenderEvent>, events: &Receiver<RenderEvent>, 
     }
 }
 
-/// A tile with the number of its next pass; `None` tells a worker to go home.
-type Job = Option<(Tile, usize)>;
+/// A tile with what is to be done with it.
+struct Job {
+    tile: Tile,
+    step: Step,
+}
+
+#[derive(Clone)]
+enum Step {
+    /// A pass of the list.
+    Listed(usize),
+    /// A round of refinement; the first has no plan.
+    Round(u32, Option<Arc<Plan>>),
+}
+
+/// What all workers know.
+struct Shared {
+    scene: Arc<Scene>,
+    /// Those that are the same for every picture.
+    passes: Vec<Pass>,
+    /// The error to reach by rounds of refinement after the passes.
+    target: Option<f64>,
+    map: Option<Map>,
+    control: Arc<Control>,
+    tiles: usize,
+    /// Tiles that are through all passes.
+    done: AtomicUsize,
+    /// Workers that have not left.
+    at_work: AtomicUsize,
+    gathering: Mutex<Gathering>,
+}
+
+/// Tiles that wait for the next round, and what the round has brought.
+#[derive(Default)]
+struct Gathering {
+    tiles: Vec<Tile>,
+    /// Of the round under way.
+    census: Census,
+    /// Of the rounds before it.
+    earlier: Census,
+    /// Whether a tile was refined in the round under way.
+    refined: bool,
+    /// Rounds without that, one after the other.
+    idle: u32,
+}
 
 struct Worker {
     index: usize,
-    scene: Arc<Scene>,
-    passes: Arc<[Pass]>,
-    control: Arc<Control>,
+    shared: Arc<Shared>,
     events: Sender<RenderEvent>,
-    queue: Receiver<Job>,
-    requeue: Sender<Job>,
-    /// Tiles that are not through all passes.
-    open: Arc<AtomicUsize>,
+    queue: Receiver<Option<Job>>,
+    /// `None` tells a worker to go home.
+    requeue: Sender<Option<Job>>,
 }
+
+/// Why a worker goes home.
+struct Leave;
 
 impl Worker {
     fn run(self) {
         let outcome = catch_unwind(AssertUnwindSafe(|| self.work()));
+        let control = &self.shared.control;
         if let Err(panic) = outcome {
-            self.control.cancel();
+            control.cancel();
             let text = |p: &(dyn std::any::Any + Send)| {
                 p.downcast_ref::<&str>().map(ToString::to_string).or_else(|| p.downcast_ref::<String>().cloned())
             };
@@ -149,29 +216,135 @@ impl Worker {
         }
         // Wake one that waits for a tile, since there will be none; it wakes the next.
         let _ = self.requeue.send(None);
+        let last = self.shared.at_work.fetch_sub(1, Ordering::AcqRel) == 1;
+        if last && !control.is_cancelled() {
+            // Behind all that the others have sent.
+            let _ = self.events.send(RenderEvent::Finished);
+        }
     }
 
     fn work(&self) {
-        let sampler = sampler(&self.scene);
         let mut batch = Batch::default();
-        while let Ok(Some((mut tile, number))) = self.queue.recv() {
-            let pass = self.passes[number];
-            let started = RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass };
-            if self.events.send(started).is_err() {
-                return;
-            }
-            let Some(stats) = tile.trace(&self.scene, sampler, pass, &mut batch, &self.control) else { return };
-            let image = tile.image(pass);
-            if self.events.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass }).is_err() {
-                return;
-            }
-            if number + 1 < self.passes.len() {
-                let _ = self.requeue.send(Some((tile, number + 1)));
-            } else if self.open.fetch_sub(1, Ordering::AcqRel) == 1 {
-                // This was the last tile, and its event is in the channel behind all others.
-                let _ = self.events.send(RenderEvent::Finished);
+        while let Ok(Some(job)) = self.queue.recv() {
+            let done = match job.step {
+                Step::Listed(number) => self.pass(job.tile, number, &mut batch),
+                Step::Round(number, plan) => self.round(job.tile, number, plan.as_deref(), &mut batch),
+            };
+            if let Err(Leave) = done {
                 return;
             }
         }
+    }
+
+    fn tracer(&self) -> Tracer<'_> {
+        let Shared { scene, control, .. } = &*self.shared;
+        Tracer { scene, sampler: sampler(scene), control }
+    }
+
+    /// Traces a pass of the list.
+    fn pass(&self, mut tile: Tile, number: usize, batch: &mut Batch) -> Result<(), Leave> {
+        let shared = &*self.shared;
+        let pass = shared.passes[number];
+        self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
+        let mut stats = TileStats::default();
+        let traced = tile.trace(self.tracer(), pass, batch, &mut stats);
+        let is_lattice = matches!(pass, Pass::Lattice { .. });
+        match traced {
+            Traced::Cancelled => return Err(Leave),
+            // The picture of the coarser lattice is there already.
+            Traced::Part if is_lattice => return Err(Leave),
+            Traced::Part | Traced::Whole => {}
+        }
+        let judging = Instant::now();
+        let mut image = tile.image(pass);
+        if let Some((sum, errors)) = tile.own_errors() {
+            (stats.squared_error, image.errors) = (Some(sum), errors);
+        }
+        stats.cut = tile.cut();
+        stats.busy += judging.elapsed();
+        self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
+        if pass == (Pass::Lattice { step: COARSEST }) {
+            shared.control.cover();
+        }
+        if traced == Traced::Part {
+            return Err(Leave);
+        }
+        if number + 1 < shared.passes.len() {
+            let _ = self.requeue.send(Some(Job { tile, step: Step::Listed(number + 1) }));
+        } else if let Some(map) = &shared.map {
+            tile.write(map, 0);
+            return self.gather(tile, 0, true, &Census::default());
+        } else if shared.done.fetch_add(1, Ordering::AcqRel) + 1 == shared.tiles {
+            return Err(Leave);
+        }
+        Ok(())
+    }
+
+    /// Traces what a tile needs in a round of refinement.
+    fn round(&self, mut tile: Tile, number: u32, plan: Option<&Plan>, batch: &mut Batch) -> Result<(), Leave> {
+        let shared = &*self.shared;
+        let Some(map) = &shared.map else { return Err(Leave) };
+        let round = Round { number, map, plan, limit: shared.scene.render.samples };
+        let (pass, mut stats, mut census) = (Pass::Adapt { round: number }, TileStats::default(), Census::default());
+        let choosing = Instant::now();
+        let any = tile.choose(&round, batch);
+        stats.busy += choosing.elapsed();
+        let mut traced = Traced::Whole;
+        if any {
+            self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
+            traced = tile.trace_wanted(self.tracer(), batch, &mut stats);
+        }
+        let judging = Instant::now();
+        match traced {
+            Traced::Cancelled => return Err(Leave),
+            Traced::Part => batch.forget(),
+            Traced::Whole => tile.write(map, number),
+        }
+        let (sum, errors) = tile.judge(&round, batch, &mut census);
+        stats.cut = tile.cut();
+        stats.busy += judging.elapsed();
+        if any {
+            stats.squared_error = Some(sum);
+            let mut image = tile.image(pass);
+            image.errors = errors;
+            self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
+        }
+        if traced == Traced::Part { Err(Leave) } else { self.gather(tile, number, any, &census) }
+    }
+
+    /// Takes a tile in that is through a round. Who brings the last one plans the next.
+    fn gather(&self, tile: Tile, number: u32, refined: bool, census: &Census) -> Result<(), Leave> {
+        let shared = &*self.shared;
+        let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
+        gathering.tiles.push(tile);
+        gathering.census.merge(census);
+        gathering.refined |= refined;
+        if gathering.tiles.len() < shared.tiles {
+            return Ok(());
+        }
+        let mut census = std::mem::take(&mut gathering.census);
+        census.keep_checks(&gathering.earlier);
+        // Pixels see their neighbours as they were a round ago, so one idle round does not mean that nothing can be done.
+        gathering.idle = if std::mem::take(&mut gathering.refined) { 0 } else { gathering.idle + 1 };
+        let plan = if number == 0 {
+            None
+        } else {
+            self.send(RenderEvent::Estimated { error: census.error() })?;
+            match census.plan(shared.target.unwrap_or_default()) {
+                Some(_) if gathering.idle > 1 => return Err(Leave),
+                None => return Err(Leave),
+                plan => plan.map(Arc::new),
+            }
+        };
+        gathering.earlier = census;
+        for tile in gathering.tiles.drain(..) {
+            let _ = self.requeue.send(Some(Job { tile, step: Step::Round(number + 1, plan.clone()) }));
+        }
+        Ok(())
+    }
+
+    /// Reports; nobody listens any more if the render is to be left.
+    fn send(&self, event: RenderEvent) -> Result<(), Leave> {
+        self.events.send(event).map_err(|_| Leave)
     }
 }

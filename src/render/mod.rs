@@ -4,17 +4,22 @@
 //! the handle's own channel; a [`Film`] collects them into the picture, a [`Progress`] into numbers. The picture is a
 //! function of the scene alone: bit-identical for any thread count, tile size, pause and resume.
 
+mod census;
 mod control;
+mod convergence;
 mod event;
 mod film;
 mod forecast;
 mod job;
+mod map;
 mod pass;
+mod pixel;
 mod progress;
+mod round;
 mod tile;
 
 pub use crate::shading::RayCounts;
-pub use event::{RenderError, RenderEvent, TileImage, TileStats};
+pub use event::{Cut, RenderError, RenderEvent, TileImage, TileStats};
 pub use film::Film;
 pub use forecast::Eta;
 pub use job::{RenderHandle, Settings, default_threads, start};

@@ -15,6 +15,11 @@ pub enum Pass {
         /// One past the last sample.
         to: u32,
     },
+    /// More samples where the error is: the number of the round, from 1.
+    Adapt {
+        /// In round 1 some pixels everywhere are looked into, to learn what single samples miss.
+        round: u32,
+    },
 }
 
 /// Pixels between the points of the coarsest lattice; tiles start on it.
@@ -27,7 +32,7 @@ impl Pass {
     /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then sample counts that
     /// double.
     pub fn sequence(samples: u32) -> Vec<Pass> {
-        let mut passes: Vec<Pass> = [COARSEST, 4, 2, 1].map(|step| Pass::Lattice { step }).to_vec();
+        let mut passes = Self::lattices();
         let mut from = 1;
         while from < samples {
             let to = (from + from.min(MAX_PER_PASS)).min(samples);
@@ -37,7 +42,12 @@ impl Pass {
         passes
     }
 
-    /// The samples that this pass traces in the pixel (x, y) of the film.
+    /// The passes that give every pixel its first sample.
+    pub fn lattices() -> Vec<Pass> {
+        [COARSEST, 4, 2, 1].map(|step| Pass::Lattice { step }).to_vec()
+    }
+
+    /// The samples that this pass traces in the pixel (x, y) of the film; none where that depends on the picture.
     pub fn samples_at(self, x: u32, y: u32) -> std::ops::Range<u32> {
         match self {
             Pass::Lattice { step } => {
@@ -46,6 +56,7 @@ impl Pass {
                 0..u32::from(due)
             }
             Pass::Refine { from, to } => from..to,
+            Pass::Adapt { .. } => 0..0,
         }
     }
 }

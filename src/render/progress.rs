@@ -1,15 +1,18 @@
 //! How far a render is, as numbers.
 
+use super::convergence::Convergence;
 use super::forecast::{Eta, Forecast};
-use super::{Pass, RayCounts, Rect, RenderEvent};
+use super::pixel::JUDGED;
+use super::{Cut, Pass, RayCounts, Rect, RenderEvent};
 use crate::scene::Scene;
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 /// Numbers gathered from the events of one render.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    /// Samples that the whole render takes.
-    pub samples_total: u64,
+    /// Samples that the whole render takes; `None` if they depend on the picture.
+    pub samples_total: Option<u64>,
     /// Samples traced so far.
     pub samples_done: u64,
     /// Rays so far.
@@ -22,8 +25,8 @@ pub struct Progress {
     pub pass: Option<Pass>,
     /// From 1; 0 before the first event.
     pub pass_number: usize,
-    /// Passes in all.
-    pub passes_total: usize,
+    /// Passes in all; `None` if they depend on the picture.
+    pub passes_total: Option<usize>,
     /// Time to the first whole picture (every pixel of the film covered by the coarsest lattice).
     pub first_picture: Option<Duration>,
     /// Whether every sample is done.
@@ -36,6 +39,15 @@ pub struct Progress {
     uncovered: u64,
     clock: Clock,
     forecast: Forecast,
+    /// Where rendering ends: the error in 8-bit codes, and the time.
+    target: Option<f64>,
+    time_limit: Option<Duration>,
+    convergence: Convergence,
+    /// What was not followed in each tile.
+    cuts: HashMap<(u32, u32), Cut>,
+    pixels: u64,
+    /// Part of the work done, when samples do not tell.
+    part: f64,
 }
 
 /// What one worker has done.
@@ -54,21 +66,33 @@ pub struct WorkerProgress {
 impl Progress {
     /// Nothing done yet; the clock runs from `now`.
     pub fn new(scene: &Scene, threads: usize, now: Instant) -> Self {
-        Self::of_film(scene.width, scene.height, scene.render.samples, threads, now)
+        let render = scene.render;
+        let mut progress = Self::of_film(scene.width, scene.height, render.samples, threads, now);
+        if let Some(target) = render.error.filter(|_| render.samples > JUDGED) {
+            progress.target = Some(target);
+            (progress.samples_total, progress.passes_total) = (None, None);
+            progress.passes = Pass::lattices();
+        }
+        progress
+    }
+
+    /// Tells when the render will be ended, in time rendered.
+    pub fn set_time_limit(&mut self, limit: Duration) {
+        self.time_limit = Some(limit);
     }
 
     fn of_film(width: u32, height: u32, samples: u32, threads: usize, now: Instant) -> Self {
         let pixels = u64::from(width) * u64::from(height);
         let passes = Pass::sequence(samples);
         Self {
-            samples_total: pixels * u64::from(samples),
+            samples_total: Some(pixels * u64::from(samples)),
             samples_done: 0,
             rays: RayCounts::default(),
             non_finite: 0,
             workers: vec![WorkerProgress::default(); threads],
             pass: None,
             pass_number: 0,
-            passes_total: passes.len(),
+            passes_total: Some(passes.len()),
             first_picture: None,
             finished: false,
             ended: false,
@@ -77,6 +101,12 @@ impl Progress {
             uncovered: pixels,
             clock: Clock { begun: now, paused: Duration::ZERO, stopped: None },
             forecast: Forecast::default(),
+            target: None,
+            time_limit: None,
+            convergence: Convergence::of_pixels(pixels),
+            cuts: HashMap::new(),
+            pixels,
+            part: 0.0,
         }
     }
 
@@ -108,9 +138,19 @@ impl Progress {
                         self.first_picture = Some(elapsed);
                     }
                 }
+                self.cuts.insert((tile.rect.x, tile.rect.y), stats.cut);
+                if let Some(squared_error) = stats.squared_error {
+                    self.convergence.learn(tile.rect, squared_error, elapsed);
+                }
                 if self.first_picture.is_some() {
                     self.forecast.note(elapsed);
                 }
+                self.advance(elapsed);
+            }
+            RenderEvent::Estimated { error } => {
+                let elapsed = self.elapsed(now);
+                self.convergence.judge(*error, elapsed);
+                self.advance(elapsed);
             }
             RenderEvent::Finished | RenderEvent::Failed(_) => {
                 self.finished = matches!(event, RenderEvent::Finished);
@@ -140,7 +180,63 @@ impl Progress {
     /// Time that is left; `None` before it means something (no whole picture yet, or hardly any time gone) and after
     /// the end.
     pub fn eta(&self, now: Instant) -> Option<Eta> {
-        if self.finished || self.first_picture.is_none() { None } else { self.forecast.eta(self.elapsed(now)) }
+        if self.finished || self.first_picture.is_none() {
+            return None;
+        }
+        let elapsed = self.elapsed(now);
+        let eta = match self.target {
+            Some(target) if target > 0.0 => self.convergence.until(target, elapsed),
+            Some(_) => None,
+            None => self.forecast.eta(elapsed),
+        };
+        let Some(limit) = self.time_limit.map(|limit| limit.saturating_sub(elapsed)) else { return eta };
+        let eta = eta.unwrap_or(Eta { low: limit, high: limit });
+        Some(Eta { low: eta.low.min(limit), high: eta.high.min(limit) })
+    }
+
+    /// Estimated root mean square of the sampling error, 8-bit codes; `None` before it can be told.
+    pub fn error(&self) -> Option<f64> {
+        self.convergence.error()
+    }
+
+    /// Weight of the paths that were not followed, for their weight or their depth: mean over the pixels, and that of the
+    /// worst pixel.
+    pub fn cut(&self) -> Cut {
+        let all = self
+            .cuts
+            .values()
+            .fold(Cut::default(), |all, cut| Cut { sum: all.sum + cut.sum, largest: all.largest.max(cut.largest) });
+        Cut { sum: all.sum / self.pixels.max(1) as f64, ..all }
+    }
+
+    /// The error that ends the render, if it is one that does.
+    pub fn target(&self) -> Option<f64> {
+        self.target
+    }
+
+    /// Time and estimated error, in the order of time.
+    pub fn error_history(&self) -> &[(Duration, f64)] {
+        self.convergence.history()
+    }
+
+    /// Time until the error is down to `target`.
+    pub fn until(&self, target: f64, now: Instant) -> Option<Eta> {
+        self.convergence.until(target, self.elapsed(now))
+    }
+
+    /// Part of the work that is done, 0 to 1: of the samples; or of those that an error or the time will have taken.
+    pub fn part(&self) -> f64 {
+        if self.finished { 1.0 } else { self.part }
+    }
+
+    /// Brings `part` up to date. It never falls.
+    fn advance(&mut self, elapsed: Duration) {
+        let by_samples = self.samples_total.map(|total| self.samples_done as f64 / total.max(1) as f64);
+        // The error falls about as the power 3/4 of the samples.
+        let by_error = self.target.zip(self.error()).map(|(target, error)| (target / error.max(1e-9)).powf(4.0 / 3.0));
+        let by_time = self.time_limit.map(|limit| elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9));
+        let part = [by_samples, by_error, by_time].into_iter().flatten().fold(self.part, f64::max);
+        self.part = part.min(1.0);
     }
 
     /// Whole percent done, rounded down: 100 only when finished.
@@ -148,13 +244,21 @@ impl Progress {
         if self.finished {
             return 100;
         }
-        let percent = u128::from(self.samples_done) * 100 / u128::from(self.samples_total.max(1));
-        percent.min(99) as u32
+        // Rounding must not make less of a whole percent.
+        ((self.part * 100.0 + 1e-9) as u32).min(99)
     }
 
     fn reach(&mut self, pass: Pass) {
         // There are many passes where there are many samples, and many tiles in each.
+        if let Pass::Adapt { round } = pass {
+            let number = self.passes.len() + round as usize;
+            if number > self.pass_number {
+                (self.pass_number, self.pass) = (number, Some(pass));
+            }
+            return;
+        }
         let order = |pass: &Pass| match *pass {
+            Pass::Adapt { round } => (2, round),
             Pass::Lattice { step } => (0, u32::MAX - step),
             Pass::Refine { from, .. } => (1, from),
         };
@@ -235,8 +339,9 @@ mod tests {
                     );
                     self.free[worker] += busy;
                     let rays = RayCounts { camera: samples, ..RayCounts::default() };
-                    let stats = TileStats { samples, rays, non_finite: 0, busy: Duration::from_secs_f64(busy) };
-                    let tile = TileImage { rect, pixels: Vec::new() };
+                    let stats =
+                        TileStats { samples, rays, busy: Duration::from_secs_f64(busy), ..TileStats::default() };
+                    let tile = TileImage { rect, ..TileImage::default() };
                     let now = self.begun + Duration::from_secs_f64(self.free[worker]);
                     self.progress.update(&RenderEvent::TileFinished { worker, tile, stats, pass }, now);
                     seen(&mut self.progress, &mut self.free[worker]);
@@ -266,6 +371,7 @@ mod tests {
             Pass::Lattice { step: 8 } => on_lattice(8),
             Pass::Lattice { step } => on_lattice(step) - on_lattice(2 * step),
             Pass::Refine { from, to } => rect.area() * u64::from(to - from),
+            Pass::Adapt { .. } => 0,
         }
     }
 
@@ -280,10 +386,10 @@ mod tests {
                 last = progress.percent();
             },
         );
-        assert_eq!(fake.progress.samples_done, fake.progress.samples_total);
+        assert_eq!(Some(fake.progress.samples_done), fake.progress.samples_total);
         assert_eq!((last, fake.progress.percent()), (99, 100));
         assert_eq!(fake.progress.rays.camera, 100 * 70 * 5);
-        assert_eq!(fake.progress.pass_number, fake.progress.passes_total);
+        assert_eq!(Some(fake.progress.pass_number), fake.progress.passes_total);
         assert_eq!(fake.progress.workers.iter().map(|w| w.tiles).sum::<u64>(), 12 * 7);
         assert!(fake.progress.workers.iter().all(|w| w.current.is_none()));
     }
@@ -310,6 +416,7 @@ mod tests {
         let mut progress = Progress::of_film(10, 10, 10, 1, Instant::now());
         for (done, percent) in [(0, 0), (9, 0), (10, 1), (998, 99), (1000, 99)] {
             progress.samples_done = done;
+            progress.advance(Duration::ZERO);
             assert_eq!(progress.percent(), percent);
         }
     }

@@ -1,17 +1,21 @@
 //! Rectangles of pixels and the sums that are gathered in them.
 
-use super::control::Control;
-use super::event::{TileImage, TileStats};
+use super::census::Census;
+use super::control::{Control, Wait};
+use super::event::{Cut, TileImage, TileStats};
+use super::map::{Look, Map};
 use super::pass::{COARSEST, Pass};
-use crate::math::{Rgb, sample_in_pixel};
+use super::pixel::{JUDGED, Pixel};
+use super::round::Round;
+use crate::description::Filter;
+use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// A rectangle of pixels of the film.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rect {
     /// Leftmost column.
     pub x: u32,
@@ -48,7 +52,7 @@ impl Rect {
 /// Samples that are traced together: enough for packets of rays, few enough to stay in the cache.
 const BATCH: usize = 256;
 
-/// Samples that wait to be traced together. One a worker, so that tracing takes no memory.
+/// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
     /// On the film.
@@ -57,6 +61,36 @@ pub(super) struct Batch {
     pixels: Vec<u32>,
     samples: Vec<Sample>,
     scratch: Scratch,
+    /// Pixels of a round of refinement and how many samples they are to have.
+    wanted: Vec<(u32, u32)>,
+    /// Those of them that have a single sample.
+    singles: Vec<u32>,
+}
+
+impl Batch {
+    /// Lets go of what a round has begun and not ended.
+    pub(super) fn forget(&mut self) {
+        self.singles.clear();
+    }
+}
+
+/// What a tile is traced with.
+#[derive(Clone, Copy)]
+pub(super) struct Tracer<'a> {
+    pub scene: &'a Scene,
+    pub sampler: Sampler,
+    pub control: &'a Control,
+}
+
+/// How tracing ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Traced {
+    /// All samples are there.
+    Whole,
+    /// The time is over: some are there.
+    Part,
+    /// The render is cancelled.
+    Cancelled,
 }
 
 /// Row and column of the pixels of a tile in blocks of 8 by 8, so that rays traced together are close together.
@@ -73,14 +107,13 @@ fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
 #[derive(Debug)]
 pub struct Tile {
     rect: Rect,
-    sums: Vec<Rgb>,
-    counts: Vec<u32>,
+    pixels: Vec<Pixel>,
 }
 
 impl Tile {
     /// A rectangle without samples.
     pub fn new(rect: Rect) -> Self {
-        Self { rect, sums: Vec::new(), counts: Vec::new() }
+        Self { rect, pixels: Vec::new() }
     }
 
     /// Its pixels.
@@ -88,90 +121,176 @@ impl Tile {
         self.rect
     }
 
-    /// Traces the samples of one pass; `None` if the render is cancelled meanwhile.
-    pub(super) fn trace(
-        &mut self,
-        scene: &Scene,
-        sampler: Sampler,
-        pass: Pass,
-        batch: &mut Batch,
-        control: &Control,
-    ) -> Option<TileStats> {
+    /// Traces the samples of a pass that is the same for every picture.
+    pub(super) fn trace(&mut self, tracer: Tracer, pass: Pass, batch: &mut Batch, stats: &mut TileStats) -> Traced {
         // Sums get their memory here, so that starting a render takes none.
-        self.sums.resize(self.rect.area() as usize, Rgb::BLACK);
-        self.counts.resize(self.rect.area() as usize, 0);
-        let mut stats = TileStats::default();
-        let mut start = Instant::now();
+        self.pixels.resize(self.rect.area() as usize, Pixel::default());
         let Rect { x, y, width, height } = self.rect;
+        batch.wanted.clear();
         for (row, column) in blocks(width, height) {
-            let (px, py) = (x + column, y + row);
-            for index in pass.samples_at(px, py) {
-                let (u, v) = sample_in_pixel(px, py, index);
-                batch.points.push(DVec2::new(f64::from(px) + u, f64::from(py) + v));
-                batch.pixels.push(row * width + column);
-                if batch.points.len() == BATCH {
-                    self.trace_batch(scene, sampler, batch, control, &mut stats, &mut start)?;
+            let samples = pass.samples_at(x + column, y + row);
+            if !samples.is_empty() {
+                batch.wanted.push((row * width + column, samples.end));
+            }
+        }
+        self.trace_wanted(tracer, batch, stats)
+    }
+
+    /// Chooses the pixels of a round of refinement. Whether there are any.
+    pub(super) fn choose(&self, round: &Round, batch: &mut Batch) -> bool {
+        let Rect { x, y, width, height } = self.rect;
+        batch.wanted.clear();
+        batch.singles.clear();
+        for (row, column) in blocks(width, height) {
+            let at = row * width + column;
+            let traced = self.pixels[at as usize].traced();
+            let wanted = round.wanted(&self.pixels[at as usize], x + column, y + row);
+            if wanted > traced {
+                batch.wanted.push((at, wanted));
+                if traced == 1 {
+                    batch.singles.push(at);
                 }
             }
         }
-        self.trace_batch(scene, sampler, batch, control, &mut stats, &mut start)?;
+        !batch.wanted.is_empty()
+    }
+
+    /// Traces the samples that are wanted.
+    pub(super) fn trace_wanted(&mut self, tracer: Tracer, batch: &mut Batch, stats: &mut TileStats) -> Traced {
+        let Rect { x, y, width, .. } = self.rect;
+        let mut start = Instant::now();
+        let wanted = std::mem::take(&mut batch.wanted);
+        let mut traced = Traced::Whole;
+        'all: for &(at, to) in &wanted {
+            let (px, py) = (x + at % width, y + at / width);
+            for index in self.pixels[at as usize].traced()..to {
+                batch.points.push(film_point(tracer.scene.render.filter, px, py, index));
+                batch.pixels.push(at);
+                if batch.points.len() == BATCH {
+                    traced = self.trace_batch(tracer, batch, stats, &mut start);
+                    if traced != Traced::Whole {
+                        break 'all;
+                    }
+                }
+            }
+        }
+        if traced == Traced::Whole {
+            traced = self.trace_batch(tracer, batch, stats, &mut start);
+        }
+        batch.points.clear();
+        batch.pixels.clear();
+        batch.wanted = wanted;
         stats.busy += start.elapsed();
-        Some(stats)
+        traced
     }
 
     /// Traces the samples that wait in `batch`, and adds them in their order.
     fn trace_batch(
         &mut self,
-        scene: &Scene,
-        sampler: Sampler,
+        Tracer { scene, sampler, control }: Tracer,
         batch: &mut Batch,
-        control: &Control,
         stats: &mut TileStats,
         start: &mut Instant,
-    ) -> Option<()> {
+    ) -> Traced {
         batch.samples.resize(batch.points.len(), Sample::default());
         stats.rays += loop {
+            control.look_at_the_clock();
+            let began = control.changes();
             let mut rays = RayCounts::default();
             sampler(scene, &batch.points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
-            if !control.stop().load(Ordering::Relaxed) {
+            if control.undisturbed(began) {
                 break rays;
             }
             // The samples may not be whole: once awake they are traced again.
             stats.busy += start.elapsed();
-            if !control.wait() {
-                return None;
+            match control.wait() {
+                Wait::GoOn => {}
+                Wait::Expired => return Traced::Part,
+                Wait::Cancelled => return Traced::Cancelled,
             }
             *start = Instant::now();
         };
         stats.samples += batch.points.len() as u64;
         for (&at, sample) in batch.pixels.iter().zip(&batch.samples) {
-            if sample.radiance.is_finite() {
-                self.sums[at as usize] += sample.radiance;
-                self.counts[at as usize] += 1;
-            } else {
+            if !self.pixels[at as usize].add(sample) {
                 stats.non_finite += 1;
             }
         }
         batch.points.clear();
         batch.pixels.clear();
-        Some(())
+        Traced::Whole
+    }
+
+    /// Puts down what the pixels look like after `round`.
+    pub(super) fn write(&self, map: &Map, round: u32) {
+        let Rect { x, y, width, .. } = self.rect;
+        for (at, pixel) in (0..).zip(&self.pixels) {
+            map.write(round, x + at % width, y + at / width, Look::of(pixel));
+        }
+    }
+
+    /// Judges all pixels after their part of a round: the numbers for the whole picture, and the tile's own.
+    pub(super) fn judge(&self, round: &Round, batch: &Batch, census: &mut Census) -> (f64, Vec<f32>) {
+        let Rect { x, y, width, .. } = self.rect;
+        for &at in &batch.singles {
+            round.check(&self.pixels[at as usize], x + at % width, y + at / width, census);
+        }
+        let mut sum = 0.0;
+        let errors = (0..).zip(&self.pixels).map(|(at, pixel)| {
+            let error = round.judge(pixel, x + at % width, y + at / width, census);
+            sum += error;
+            error.sqrt() as f32
+        });
+        let errors = errors.collect();
+        (sum, errors)
+    }
+
+    /// What was not followed in its pixels.
+    pub(super) fn cut(&self) -> Cut {
+        self.pixels
+            .iter()
+            .map(Pixel::cut)
+            .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) })
+    }
+
+    /// The errors of all pixels by their own samples, if all have enough; and the sum of their squares.
+    pub(super) fn own_errors(&self) -> Option<(f64, Vec<f32>)> {
+        if self.pixels.iter().any(|pixel| pixel.traced() < JUDGED) {
+            return None;
+        }
+        let mut sum = 0.0;
+        let errors = self.pixels.iter().map(|pixel| {
+            let variance = pixel.variance();
+            sum += variance;
+            variance.sqrt() as f32
+        });
+        let errors = errors.collect();
+        Some((sum, errors))
     }
 
     /// The pixels as they are known after `pass`: the mean of the samples, or that of the nearest lattice point up and left.
     pub(super) fn image(&self, pass: Pass) -> TileImage {
         let Rect { width, height, .. } = self.rect;
         let step = if let Pass::Lattice { step } = pass { step } else { 1 };
-        let mean = |column: u32, row: u32| {
-            let at = (row * width + column) as usize;
-            (self.sums[at] / f64::from(self.counts[at].max(1))).to_f32()
-        };
+        let mean = |column: u32, row: u32| self.pixels[(row * width + column) as usize].mean().to_f32();
         // Tiles start on the lattice.
         let pixels = (0..height)
             .flat_map(|row| (0..width).map(move |column| (column, row)))
             .map(|(column, row)| mean(column - column % step, row - row % step))
             .collect();
-        TileImage { rect: self.rect, pixels }
+        let samples = self.pixels.iter().map(Pixel::traced).collect();
+        TileImage { rect: self.rect, pixels, samples, errors: Vec::new() }
     }
+}
+
+/// Where on the film sample `index` of a pixel is.
+fn film_point(filter: Filter, x: u32, y: u32, index: u32) -> DVec2 {
+    let (u, v) = sample_in_pixel(x, y, index);
+    let (u, v) = match filter {
+        Filter::Box => (u, v),
+        Filter::Tent => (tent(u), tent(v)),
+    };
+    DVec2::new(f64::from(x) + u, f64::from(y) + v)
 }
 
 /// Whether tiles of this side start on the coarsest lattice.

@@ -23,6 +23,11 @@ struct Body {
 }
 
 impl MediumStack {
+    /// Whether a ray is outside of all bodies.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// The stack after crossing the surface of `object`. A quad has no inside.
     pub fn crossed(self, scene: &Scene, object: u32, material: u32, entering: bool) -> Self {
         match scene.objects()[object as usize].shape {

@@ -1,6 +1,8 @@
 //! What rays meet: indices, boxes and trees, compiled from a description.
 
+mod bound;
 mod camera;
+mod clearance;
 mod compile;
 mod light;
 mod material;
@@ -8,18 +10,20 @@ mod media;
 mod mesh;
 mod object;
 mod packet;
+mod pick;
 mod summary;
 mod texture;
 mod traverse;
 
 pub use camera::Camera;
-pub use compile::{CompileError, Part, compile, compile_for};
+pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
 pub use media::MediumStack;
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
 pub use packet::PacketScratch;
+pub use pick::Pick;
 pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
@@ -30,7 +34,7 @@ use crate::math::Rgb;
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A compiled scene: immutable, shared by all workers. Parts that cost time to make are shared with the scenes compiled
 /// before and after it.
@@ -48,10 +52,16 @@ pub struct Scene {
     pub world: WorldDesc,
     /// Light sources.
     pub lights: Vec<Light>,
-    /// Optical properties, by index.
+    /// Optical properties, by index: those of the description first, then the default one, then those of models.
     pub materials: Vec<Material>,
+    /// How many of the materials are those of the description.
+    described_materials: usize,
     /// What compiling found and took.
     pub summary: Summary,
+    /// No ray sees more than this in any channel; `None` if the scene sets no such limit.
+    pub largest_radiance: Option<f64>,
+    /// Paths of less weight than this are not followed (Hall and Greenberg 1983).
+    pub least_weight: f64,
     geometry: Arc<Geometry>,
     /// Material of each `[[object]]`.
     object_materials: Vec<ObjectMaterial>,
@@ -73,6 +83,8 @@ struct Geometry {
     bounded: Vec<u32>,
     /// Planes.
     unbounded: Vec<u32>,
+    /// How far each object is from all others, where that matters.
+    clearances: OnceLock<Vec<f64>>,
     /// Centre and radius of a sphere around each object; infinite for planes.
     spheres: Vec<(DVec3, f64)>,
 }
@@ -119,6 +131,19 @@ impl Scene {
             (ObjectMaterial::One(index), _) => index,
             (ObjectMaterial::PerTriangle(first), Shape::Mesh(mesh)) => first + mesh.material_of(primitive),
             (ObjectMaterial::PerTriangle(first), _) => first,
+        }
+    }
+
+    /// Whether light may get through an object somewhere.
+    fn may_transmit(&self, object: u32) -> bool {
+        let object = &self.geometry.objects[object as usize];
+        let transmits = |index: u32| self.materials[index as usize].transmit > 0.0;
+        match (self.object_materials[object.source as usize], &object.shape) {
+            (ObjectMaterial::One(index), _) => transmits(index),
+            (ObjectMaterial::PerTriangle(first), Shape::Mesh(mesh)) => {
+                (first..first + mesh.materials.len() as u32).any(transmits)
+            }
+            (ObjectMaterial::PerTriangle(first), _) => transmits(first),
         }
     }
 

@@ -21,6 +21,8 @@ pub struct Object {
     pub volume: f64,
     /// Bounds the error of points on the surface: `error_scale * max(|point|, reach)`.
     pub error_scale: f64,
+    /// Unit normals in world space of flat faces that look along x, y and z in object space.
+    axes: [DVec3; 3],
     /// Distance of the world's origin from the far side of the object (0 for planes).
     pub reach: f64,
 }
@@ -74,14 +76,25 @@ impl Object {
             Shape::Cuboid | Shape::Plane | Shape::Quad => 1.0,
             _ => world_from_shape.condition,
         };
+        let axes = DVec3::AXES.map(|axis| normal_of(&world_from_shape, axis));
         let mut object =
-            Self { shape, map: world_from_shape, source, volume, error_scale: ERROR * condition, reach: 0.0 };
+            Self { shape, map: world_from_shape, axes, source, volume, error_scale: ERROR * condition, reach: 0.0 };
         if let Some(bounds) = object.bounds() {
             object.reach = bounds.lower.abs().max(bounds.upper.abs()).as_dvec3().length();
         } else {
             object.reach = object.map.forward.translation.length();
         }
         object
+    }
+
+    /// The unit normal in world space where `normal` is the one in object space; most often it is that of a flat face.
+    pub fn world_normal(&self, normal: DVec3) -> DVec3 {
+        match normal.to_array() {
+            [x, 0.0, 0.0] => self.axes[0] * x,
+            [0.0, y, 0.0] => self.axes[1] * y,
+            [0.0, 0.0, z] => self.axes[2] * z,
+            _ => normal_of(&self.map, normal),
+        }
     }
 
     /// Centre and radius of a sphere around it in world space; infinite for planes and for meshes without triangles.
@@ -108,6 +121,10 @@ impl Object {
             Shape::Plane => return None,
         })
     }
+}
+
+fn normal_of(map: &Affine, normal: DVec3) -> DVec3 {
+    (map.normal * normal).normalize_or(DVec3::Y)
 }
 
 /// The map from a shape's canonical space to the space that its description speaks of.

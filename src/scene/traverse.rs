@@ -117,9 +117,28 @@ impl Scene {
             || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.bounded, ask)).0
     }
 
+    /// Whether an opaque object is in the way of a ray. If not, `hits` gets the first hit with each object that may let light
+    /// through.
+    pub fn blocked<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) -> bool {
+        hits.clear();
+        let hits = std::cell::RefCell::new(hits);
+        self.any_object::<K, _>(ray, &|index| {
+            let object = &self.geometry.objects[index as usize];
+            if !self.may_transmit(index) {
+                return object.occluded::<K>(ray);
+            }
+            hits.borrow_mut().extend(object.intersect::<K>(ray, index));
+            false
+        })
+    }
+
     /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
     /// of them start behind all of them, so a crossing has to deal with them together.
     pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, visit: impl FnMut(Hit)) {
+        // Twice, because hits and boxes are where they are to within less than the slack.
+        if 2.0 * slack * ray.direction.length() < self.geometry.clearances()[hit.object as usize] {
+            return;
+        }
         let near = Ray { t_min: (hit.t - slack).max(ray.t_min), t_max: hit.t + slack, ..*ray };
         let visit = std::cell::RefCell::new(visit);
         self.any_object::<K, _>(&near, &|index| {
@@ -153,7 +172,7 @@ impl Scene {
             Shape::Mesh(mesh) => mesh.surface(hit.primitive, hit.u, hit.v),
         };
         let (on_surface, geometric_normal) = on_surface.unwrap_or_else(|| {
-            let normal = (map.normal * surface.normal).normalize_or(DVec3::Y);
+            let normal = object.world_normal(surface.normal);
             (map.forward.transform_point3(surface.point), normal)
         });
         let bound = object.error_scale * on_surface.length().max(object.reach);

@@ -1,7 +1,7 @@
 //! The light that surfaces send toward the viewer by themselves: ambient, diffuse and highlights.
 
 use super::crossing::{Crossing, cross, slack};
-use super::packet::{Beam, Filters, Level, Lighting, Surface};
+use super::packet::{Beam, Level, Lighting, Surface};
 use super::sampler::terms;
 use crate::bvh::TreeKernels;
 use crate::description::Shadows;
@@ -35,7 +35,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8>(
         }
         for beam in lighting.beams.iter().filter(|beam| beam.part != 0.0) {
             let surface = &lighting.surfaces[beam.surface as usize];
-            let material = &scene.materials[surface.interaction.material as usize];
+            let material = &scene.materials[surface.material as usize];
             let mut response = surface.color * (material.diffuse * beam.cosine);
             if TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
                 let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
@@ -53,16 +53,16 @@ impl Lighting {
     fn gather<K: TreeKernels, const TERMS: u8>(&mut self, light: &Light) {
         self.beams.clear();
         self.shadow_rays.clear();
-        for (surface, Surface { interaction, normal, .. }) in (0..).zip(&self.surfaces) {
-            let Some(light) = light.illuminate(interaction.point) else { continue };
+        for (surface, Surface { point, shadow_start, normal, .. }) in (0..).zip(&self.surfaces) {
+            let Some(light) = light.illuminate(*point) else { continue };
             let cosine = normal.dot(light.direction);
             if cosine <= 0.0 {
                 continue;
             }
             if TERMS & terms::SHADOWS != 0 {
                 let ray = match light.position {
-                    Some(position) => interaction.shadow_ray_to::<K>(position),
-                    None => Some(interaction.shadow_ray_along::<K>(light.direction)),
+                    Some(position) => shadow_start.ray_to::<K>(position),
+                    None => Some(shadow_start.ray_along::<K>(light.direction)),
                 };
                 let Some(ray) = ray else { continue };
                 self.shadow_rays.push(ray);
@@ -75,10 +75,8 @@ impl Lighting {
     fn occlude<K: TreeKernels>(&mut self, scene: &Scene, packets: &mut PacketScratch) {
         self.occluded.resize(self.shadow_rays.len(), false);
         scene.occluded_packet::<K>(&self.shadow_rays, &mut self.occluded, packets);
-        for (beam, &occluded) in self.beams.iter_mut().zip(&self.occluded) {
-            if occluded {
-                beam.part = 0.0;
-            }
+        for (beam, _) in self.beams.iter_mut().zip(&self.occluded).filter(|(_, occluded)| **occluded) {
+            beam.part = 0.0;
         }
     }
 
@@ -90,31 +88,44 @@ impl Lighting {
         packets: &mut PacketScratch,
         stop: &AtomicBool,
     ) {
-        let Self { surfaces, beams, shadow_rays: rays, filters, .. } = self;
-        let around = |beam: &Beam| media[surfaces[beam.surface as usize].index as usize];
-        filters.beams.clear();
-        filters.beams.extend(0..beams.len() as u32);
-        filters.media.clear();
-        filters.media.extend(beams.iter().map(around));
-        // From surface to surface, until every ray has reached the light or something opaque.
-        while !rays.is_empty() && !stop.load(Ordering::Relaxed) {
-            filters.hits.resize(rays.len(), None);
-            scene.intersect_packet::<K>(rays, &mut filters.hits, packets);
-            let mut kept = 0;
-            for k in 0..rays.len() {
-                let Some(hit) = filters.hits[k] else { continue };
-                let beam = filters.beams[k];
-                let (mut ray, mut media) = (rays[k], filters.media[k]);
-                beams[beam as usize].part *= pass::<K>(scene, &mut ray, &hit, &mut media);
-                if beams[beam as usize].part > 0.0 {
-                    (rays[kept], filters.beams[kept], filters.media[kept]) = (ray, beam, media);
-                    kept += 1;
-                }
+        self.occluded.clear();
+        self.occluded.resize(self.shadow_rays.len(), true);
+        // From inside of a body all rays meet something.
+        if media.iter().filter(|media| media.is_empty()).count() >= media.len() / 2 {
+            scene.occluded_packet::<K>(&self.shadow_rays, &mut self.occluded, packets);
+        }
+        for ((beam, ray), _) in
+            self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.occluded).filter(|(_, occluded)| **occluded)
+        {
+            if stop.load(Ordering::Relaxed) {
+                return;
             }
-            rays.truncate(kept);
-            filters.truncate(kept);
+            let surface = &self.surfaces[beam.surface as usize];
+            beam.part = transmittance::<K>(scene, *ray, media[surface.index as usize], &mut self.glass);
         }
     }
+}
+
+/// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: room.
+fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
+    if scene.blocked::<K>(&ray, hits) {
+        return 0.0;
+    }
+    let mut part = 1.0;
+    while part > 0.0 {
+        let Some(&hit) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };
+        part *= pass::<K>(scene, &mut ray, &hit, &mut media);
+        // On to the next hits with the objects that are passed.
+        hits.retain_mut(|hit| {
+            let next = if hit.t > ray.t_min {
+                Some(*hit)
+            } else {
+                scene.objects()[hit.object as usize].intersect::<K>(&ray, hit.object)
+            };
+            next.map(|next| *hit = next).is_some()
+        });
+    }
+    part
 }
 
 /// The part of the light that gets through what a shadow ray meets. The same ray goes on behind the hit: nothing is computed
@@ -133,11 +144,4 @@ fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut Med
     ray.t_min = hit.t + slack;
     *media = beyond;
     part
-}
-
-impl Filters {
-    fn truncate(&mut self, kept: usize) {
-        self.beams.truncate(kept);
-        self.media.truncate(kept);
-    }
 }

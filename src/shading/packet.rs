@@ -1,6 +1,6 @@
 //! Room for packets of rays and what they meet.
 
-use crate::geometry::{Hit, Ray, SurfaceInteraction};
+use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
 use crate::scene::{MediumStack, PacketScratch};
 use glam::DVec3;
@@ -58,7 +58,8 @@ pub(super) struct Lighting {
     /// Toward it, one a beam.
     pub shadow_rays: Vec<Ray>,
     pub occluded: Vec<bool>,
-    pub filters: Filters,
+    /// With transparent objects along a shadow ray.
+    pub glass: Vec<Hit>,
 }
 
 /// A surface that light can fall on.
@@ -66,7 +67,10 @@ pub(super) struct Lighting {
 pub(super) struct Surface {
     /// Of the ray that meets it, in its packet.
     pub index: u32,
-    pub interaction: SurfaceInteraction,
+    /// Of the material in the scene.
+    pub material: u32,
+    pub point: DVec3,
+    pub shadow_start: ShadowStart,
     /// Unit, on the viewer's side.
     pub normal: DVec3,
     /// Unit, toward the viewer.
@@ -85,15 +89,6 @@ pub(super) struct Beam {
     pub radiance: Rgb,
     /// The part of it that arrives.
     pub part: f64,
-}
-
-/// Shadow rays that are on their way through transparent bodies.
-#[derive(Debug, Default)]
-pub(super) struct Filters {
-    /// The beam of each.
-    pub beams: Vec<u32>,
-    pub media: Vec<MediumStack>,
-    pub hits: Vec<Option<Hit>>,
 }
 
 impl Level {

@@ -14,18 +14,26 @@ pub struct Numbers {
     pub elapsed: Duration,
     /// Time left, if that can be told.
     pub eta: Option<Eta>,
+    /// Part of the work that is done.
+    pub part: f64,
     /// Whole percent done.
     pub percent: u32,
     /// Samples traced, and those of the whole render.
-    pub samples: (u64, u64),
+    pub samples: (u64, Option<u64>),
     /// The furthest pass.
     pub pass: Option<Pass>,
     /// Its number from 1, and how many there are.
-    pub pass_number: (usize, usize),
+    pub pass_number: (usize, Option<usize>),
     /// Time to the first whole picture.
     pub first_picture: Option<Duration>,
     /// Rays so far.
     pub rays: RayCounts,
+    /// Estimated error, 8-bit codes.
+    pub error: Option<f64>,
+    /// The error that ends the render.
+    pub target: Option<f64>,
+    /// Time in seconds and estimated error.
+    pub error_history: Vec<(f64, f64)>,
     /// Samples left out.
     pub non_finite: u64,
     /// One entry a worker.
@@ -39,12 +47,16 @@ impl Numbers {
             at: now,
             elapsed: progress.elapsed(now),
             eta: progress.eta(now),
+            part: progress.part(),
             percent: progress.percent(),
             samples: (progress.samples_done, progress.samples_total),
             pass: progress.pass,
             pass_number: (progress.pass_number, progress.passes_total),
             first_picture: progress.first_picture,
             rays: progress.rays,
+            error: progress.error(),
+            target: progress.target().filter(|target| *target > 0.0),
+            error_history: progress.error_history().iter().map(|(time, error)| (time.as_secs_f64(), *error)).collect(),
             non_finite: progress.non_finite,
             workers: progress.workers.clone(),
         }

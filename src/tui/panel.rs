@@ -54,10 +54,12 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
     };
     if let Some(numbers) = app.numbers() {
         lines.push(progress_bar(mode, numbers, width));
-        lines.push(row("samples", format!("{} of {}", si(numbers.samples.0 as f64), si(numbers.samples.1 as f64))));
+        let of = numbers.samples.1.map_or(String::new(), |total| format!(" of {}", si(total as f64)));
+        lines.push(row("samples", format!("{}{of}", si(numbers.samples.0 as f64))));
         lines.push(row(&format!("pass {}", pass_count(numbers)), pass_text(numbers.pass)));
         lines.push(row("elapsed", time(numbers.elapsed)));
         lines.push(row("left", left_text(app, numbers)));
+        lines.push(row("error", error_text(numbers)));
         lines.push(row("first picture", numbers.first_picture.map_or("      –".into(), time)));
         lines.push(Line::default());
         lines.push(heading(mode, "Rays", format!("{}/s", si(numbers.rate(numbers.rays.total()))), width));
@@ -123,8 +125,11 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
     let mut lines = vec![Line::from(title)];
     lines[0].push_span(Span::styled("─".repeat(rest), mode.style(Role::Dim)));
     if let Some(numbers) = app.numbers() {
-        let pass = format!("   pass {}", pass_count(numbers));
-        let mut line = progress_bar(mode, numbers, width.saturating_sub(pass.len()));
+        let pass = match numbers.error {
+            Some(_) => format!("   error {}", error_text(numbers)),
+            None => format!("   pass {}", pass_count(numbers)),
+        };
+        let mut line = progress_bar(mode, numbers, width.saturating_sub(Span::raw(&pass).width()));
         line.push_span(Span::styled(pass, mode.style(Role::Dim)));
         lines.push(line);
         let label = |text: &'static str| Span::styled(text, mode.style(Role::Dim));
@@ -169,14 +174,21 @@ fn bar(mode: ColorMode, part: f64, width: usize) -> [Span<'static>; 2] {
 }
 
 fn progress_bar(mode: ColorMode, numbers: &Numbers, width: usize) -> Line<'static> {
-    let part = numbers.samples.0 as f64 / numbers.samples.1.max(1) as f64;
+    let part = numbers.part;
     let mut spans = bar(mode, part, width.saturating_sub(7)).to_vec();
     spans.push(Span::styled(format!("  {:>3} %", numbers.percent), mode.style(Role::Strong)));
     Line::from(spans)
 }
 
+/// "0.72 → 0.50": how wrong the picture is, in 8-bit codes, and how wrong it may be.
+fn error_text(numbers: &Numbers) -> String {
+    let error = numbers.error.map_or("–".into(), |error| format!("{error:.2}"));
+    numbers.target.map_or(error.clone(), |target| format!("{error} → {target:.2}"))
+}
+
 fn pass_count(numbers: &Numbers) -> String {
-    format!("{:>2} / {}", numbers.pass_number.0, numbers.pass_number.1)
+    let of = numbers.pass_number.1.map_or(String::new(), |total| format!(" / {total}"));
+    format!("{:>2}{of}", numbers.pass_number.0)
 }
 
 fn pass_text(pass: Option<Pass>) -> String {
@@ -184,6 +196,7 @@ fn pass_text(pass: Option<Pass>) -> String {
         None => String::new(),
         Some(Pass::Lattice { step: 1 }) => "every pixel".into(),
         Some(Pass::Lattice { step }) => format!("every {step}th pixel"),
+        Some(Pass::Adapt { .. }) => "where it is wrong".into(),
         Some(Pass::Refine { from, to }) if from + 1 == to => format!("sample {to}"),
         Some(Pass::Refine { from, to }) => format!("samples {}–{to}", from + 1),
     }

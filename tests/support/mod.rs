@@ -31,6 +31,8 @@ pub fn desc(width: u32, height: u32, camera: CameraDesc) -> SceneDesc {
         shading: Shading::Whitted,
         max_depth: 8,
         samples: 1,
+        error: None,
+        filter: Filter::Box,
         shadows: Shadows::Opaque,
         numerics: Numerics::Robust,
     };
@@ -119,12 +121,18 @@ pub fn checker(a: Rgb, b: Rgb, size: f64) -> Option<TextureDesc> {
 }
 
 pub fn point_light(position: DVec3, color: Rgb, intensity: f64, falloff: Falloff) -> LightDesc {
-    LightDesc { name: String::new(), kind: LightKind::Point { position, falloff }, color, intensity }
+    LightDesc { name: String::new(), kind: LightKind::Point { position, falloff }, color, intensity, visible: true }
 }
 
 /// A light far away in direction `toward`.
 pub fn sun(toward: DVec3, color: Rgb, intensity: f64) -> LightDesc {
-    LightDesc { name: String::new(), kind: LightKind::Directional { direction: -toward }, color, intensity }
+    LightDesc {
+        name: String::new(),
+        kind: LightKind::Directional { direction: -toward },
+        color,
+        intensity,
+        visible: true,
+    }
 }
 
 /// Writes a model into the tests' directory and gives its path. `name` must be unique among all tests.
@@ -187,7 +195,7 @@ pub fn finish(handle: render::RenderHandle, width: u32, height: u32) -> Film {
             }
             RenderEvent::Failed(error) => panic!("{error}"),
             RenderEvent::Finished => return film,
-            RenderEvent::TileStarted { .. } => {}
+            RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
         }
     }
     panic!("the events ended without Finished");
@@ -449,7 +457,7 @@ fn save_comparison(name: &str, film: &Film, reference: Vec<[f32; 3]>, difference
 /// A film of these pixels.
 pub fn film_of(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Film {
     let mut film = Film::new(width, height);
-    film.write(&TileImage { rect: Rect { x: 0, y: 0, width, height }, pixels });
+    film.write(&TileImage { rect: Rect { x: 0, y: 0, width, height }, pixels, ..TileImage::default() });
     film
 }
 

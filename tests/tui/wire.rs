@@ -126,7 +126,7 @@ fn film_of(desc: &SceneDesc) -> Film {
 fn film(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 3]) -> Film {
     let mut film = Film::new(width, height);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
-    film.write(&TileImage { rect: Tile { x: 0, y: 0, width, height }, pixels });
+    film.write(&TileImage { rect: Tile { x: 0, y: 0, width, height }, pixels, ..TileImage::default() });
     film
 }
 

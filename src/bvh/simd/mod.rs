@@ -5,6 +5,8 @@
 //! an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the feature and
 //! run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
 
+mod bins;
+mod buffer;
 mod portable;
 mod slab;
 mod task;
@@ -12,6 +14,8 @@ mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use bins::add;
+pub use buffer::filled;
 pub use portable::Portable;
 pub use slab::SlabLanes;
 pub use task::Task;

@@ -1,10 +1,10 @@
 //! Colours.
 
-use super::interval::Interval;
 use super::nearest::{did_you_mean, quoted};
 use super::report::{Report, Words};
 use super::value::Value;
-use crate::math::{Rgb, srgb8_to_linear};
+use crate::description::interval::Interval;
+use crate::math::{Rgb, linear_to_srgb8, srgb8_to_linear};
 use csscolorparser::NAMED_COLORS;
 use toml::de::DeValue;
 
@@ -18,6 +18,13 @@ pub fn parse_color(text: &str) -> Option<Rgb> {
     };
     let [r, g, b] = codes.map(srgb8_to_linear);
     Some(Rgb::new(r, g, b))
+}
+
+/// `#rrggbb` for a colour that is exactly one; [`parse_color`] gives the same colour back.
+pub fn color_code(color: Rgb) -> Option<String> {
+    let [r, g, b] = [color.r, color.g, color.b].map(linear_to_srgb8);
+    let code = format!("#{r:02x}{g:02x}{b:02x}");
+    (parse_color(&code) == Some(color)).then_some(code)
 }
 
 fn hex_codes(hex: &str) -> Option<[u8; 3]> {

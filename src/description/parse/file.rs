@@ -29,7 +29,11 @@ impl<'a> Files<'a> {
     /// The path that `value` means; a mistake unless it can be read.
     pub fn path(&mut self, report: &mut Report<'a>, value: Value<'a>) -> Option<PathBuf> {
         let written = value.text(report)?;
-        let path = self.directory.join(written);
+        // A scene of the user may use the pictures of the demo.
+        let path = match builtin(Path::new(written)) {
+            Some(_) => PathBuf::from(written),
+            None => self.directory.join(written),
+        };
         let problem = self.checked.entry(path.clone()).or_insert_with(|| problem_with(&path).map(Rc::from)).clone();
         match problem {
             None => Some(path),

@@ -1,10 +1,10 @@
 //! `[[material]]` and its texture.
 
 use super::file::Files;
-use super::interval::Interval;
 use super::report::{Report, Words};
 use super::section::{Kind, Section};
 use super::value::Value;
+use crate::description::interval::Interval;
 use crate::description::{MaterialDesc, TextureDesc, TextureSource, Wrap, limits};
 use glam::DVec2;
 
@@ -22,11 +22,6 @@ const KEYS: &[&str] = &[
     "fresnel",
     "priority",
 ];
-const COEFFICIENT: Interval = Interval::closed(0.0, limits::MAX_COEFFICIENT);
-/// Of Phong's highlight.
-const SHININESS: Interval = Interval::closed(1e-3, 1e6);
-/// Refractive indices, with room on both sides of nature.
-pub(super) const IOR: Interval = Interval::closed(0.1, 10.0);
 
 /// Reads a material; its name is empty if that is wrong.
 pub(super) fn material<'a>(report: &mut Report<'a>, files: &mut Files<'a>, section: &Section<'a>) -> MaterialDesc {
@@ -35,19 +30,19 @@ pub(super) fn material<'a>(report: &mut Report<'a>, files: &mut Files<'a>, secti
     let name = section.require(report, "name", "objects refer to a material by its name, as in name = \"glass\"");
     let mut number = |key, range, default| section.read(key, |v| v.number(report, range)).unwrap_or(default);
     MaterialDesc {
-        ambient: number("ambient", COEFFICIENT, default.ambient),
-        diffuse: number("diffuse", COEFFICIENT, default.diffuse),
-        specular: number("specular", COEFFICIENT, default.specular),
-        shininess: number("shininess", SHININESS, default.shininess),
+        ambient: number("ambient", Interval::COEFFICIENT, default.ambient),
+        diffuse: number("diffuse", Interval::COEFFICIENT, default.diffuse),
+        specular: number("specular", Interval::COEFFICIENT, default.specular),
+        shininess: number("shininess", Interval::SHININESS, default.shininess),
         reflect: number("reflect", Interval::SHARE, default.reflect),
         transmit: number("transmit", Interval::SHARE, default.transmit),
-        ior: number("ior", IOR, default.ior),
+        ior: number("ior", Interval::IOR, default.ior),
         name: name.and_then(|v| v.text(report)).unwrap_or_default().to_owned(),
         color: section.read("color", |v| v.color(report)).unwrap_or(default.color),
         texture: section.read("texture", |v| texture(report, files, v)),
         fresnel: section.read("fresnel", |v| v.boolean(report)).unwrap_or(default.fresnel),
         priority: section
-            .read("priority", |v| v.integer(report, -1000..=1000))
+            .read("priority", |v| v.integer(report, limits::PRIORITY))
             .map_or(default.priority, |priority| priority as i32),
     }
 }
@@ -58,8 +53,6 @@ const TEXTURE_KEYS: &[&str] = &["scale", "offset"];
 const PICTURE: Kind = Kind { name: "file", noun: "a picture", keys: &["file", "wrap"] };
 const CHECKER: Kind = Kind { name: "checker", noun: "a checker", keys: &["checker", "size"] };
 static TEXTURE_KINDS: [Kind; 2] = [PICTURE, CHECKER];
-const WRAPS: &[(&str, Wrap)] = &[("repeat", Wrap::Repeat), ("clamp", Wrap::Clamp), ("mirror", Wrap::Mirror)];
-const UV: Interval = Interval::closed(-1e6, 1e6);
 
 fn texture<'a>(report: &mut Report<'a>, files: &mut Files<'a>, value: Value<'a>) -> Option<TextureDesc> {
     let Some(section) = Section::of("`texture`", value.toml) else {
@@ -76,14 +69,18 @@ fn texture<'a>(report: &mut Report<'a>, files: &mut Files<'a>, value: Value<'a>)
     let section = section.with_kind(&TEXTURE_KINDS, kind);
     section.check_keys(report, TEXTURE_KEYS);
     let scale = section.read("scale", |v| {
-        let scale = if v.is_number() { v.number(report, UV).map(DVec2::splat) } else { v.vec2(report, UV) }?;
+        let scale = if v.is_number() {
+            v.number(report, Interval::UV).map(DVec2::splat)
+        } else {
+            v.vec2(report, Interval::UV)
+        }?;
         not_zero(report, v, scale.x == 0.0 || scale.y == 0.0).then_some(scale)
     });
-    let offset = section.read("offset", |v| v.vec2(report, UV));
+    let offset = section.read("offset", |v| v.vec2(report, Interval::UV));
     let source = match (file, colors) {
         (Some(file), None) => TextureSource::Image {
             file: files.path(report, file)?,
-            wrap: section.read("wrap", |v| v.choice(report, WRAPS)).unwrap_or(Wrap::Repeat),
+            wrap: section.read("wrap", |v| v.choice(report, Wrap::NAMES)).unwrap_or(Wrap::Repeat),
         },
         (None, Some(colors)) => {
             let size = section.read("size", |v| v.number(report, Interval::LENGTH)).unwrap_or(1.0);

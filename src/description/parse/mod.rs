@@ -6,7 +6,6 @@
 mod color;
 mod entry;
 mod file;
-mod interval;
 mod material;
 mod nearest;
 mod object;
@@ -20,8 +19,8 @@ mod value;
 #[cfg(test)]
 mod tests;
 
-pub use color::parse_color;
-pub use entry::{Entry, point_out};
+pub use color::{color_code, parse_color};
+pub use entry::{files_named, point_out};
 
 use super::{Diagnostic, SceneDesc};
 use file::Files;

@@ -1,13 +1,13 @@
 //! `[[object]]` and its shape.
 
 use super::file::Files;
-use super::interval::Interval;
 use super::material::not_zero;
 use super::nearest::{did_you_mean, list, quoted};
 use super::report::{Report, Words};
 use super::section::{Kind, Section};
 use super::spheres;
 use super::value::Value;
+use crate::description::interval::Interval;
 use crate::description::{Diagnostic, MaterialDesc, ObjectDesc, ShapeDesc, limits};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
@@ -16,7 +16,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-const KEYS: &[&str] = &["name", "shape", "material", "translate", "rotate", "scale"];
+const KEYS: &[&str] = &["name", "shape", "material", "translate", "rotate", "scale", "visible"];
 static SHAPES: [Kind; 8] = [
     Kind { name: "sphere", noun: "a sphere", keys: &["radius"] },
     Kind { name: "cuboid", noun: "a cuboid", keys: &["size"] },
@@ -27,7 +27,6 @@ static SHAPES: [Kind; 8] = [
     Kind { name: "mesh", noun: "a mesh", keys: &["file", "crease"] },
     Kind { name: "spheres", noun: "a group of spheres", keys: &["data", "file"] },
 ];
-const DEGREES: Interval = Interval::closed(-limits::MAX_ANGLE, limits::MAX_ANGLE);
 
 /// Largest file of spheres, bytes; more of them would fill memory.
 const MAX_SPHERES: u64 = 256 << 20;
@@ -62,10 +61,11 @@ impl<'a> ObjectReader<'a> {
         let name = section.read("name", |v| v.text(report)).unwrap_or_default().to_owned();
         let material = section.read("material", |v| self.material(report, v));
         let translate = section.read("translate", |v| v.vec3(report, Interval::PLACE)).unwrap_or(DVec3::ZERO);
-        let rotate = section.read("rotate", |v| v.vec3(report, DEGREES)).unwrap_or(DVec3::ZERO);
+        let rotate = section.read("rotate", |v| v.vec3(report, Interval::DEGREES)).unwrap_or(DVec3::ZERO);
         let scale = section.read("scale", |v| scale(report, v)).unwrap_or(DVec3::ONE);
         let shape = self.shape(report, files, &section, kind?)?;
-        Some(ObjectDesc { name, shape, material, translate, rotate, scale })
+        let visible = section.read("visible", |v| v.boolean(report)).unwrap_or(true);
+        Some(ObjectDesc { name, shape, material, translate, rotate, scale, visible })
     }
 
     fn material(&self, report: &mut Report<'a>, value: Value<'a>) -> Option<String> {
@@ -112,9 +112,8 @@ impl<'a> ObjectReader<'a> {
                 size: section.read("size", |v| v.vec2(report, Interval::LENGTH)).unwrap_or(DVec2::ONE),
             },
             "mesh" => {
-                let crease = section
-                    .read("crease", |v| v.number(report, Interval::closed(0.0, 180.0)))
-                    .unwrap_or(limits::DEFAULT_CREASE);
+                let crease =
+                    section.read("crease", |v| v.number(report, Interval::CREASE)).unwrap_or(limits::DEFAULT_CREASE);
                 let file = section.require(report, "file", "write file = \"models/knot.obj\" or the like")?;
                 ShapeDesc::Mesh { file: files.path(report, file)?, crease }
             }

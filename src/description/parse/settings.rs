@@ -1,14 +1,13 @@
 //! `[film]`, `[camera]`, `[world]`, `[render]` and `[[light]]`.
 
-use super::interval::Interval;
-use super::material::IOR;
 use super::report::{Report, Words};
 use super::section::{Kind, Section};
 use super::value::Value;
 use super::{CAMERA, FILM, RENDER, WORLD, single};
+use crate::description::interval::Interval;
 use crate::description::{
-    Background, CameraDesc, Falloff, FilmDesc, LightDesc, LightKind, Numerics, Projection, RenderDesc, SceneDesc,
-    Shading, Shadows, WorldDesc, limits,
+    Background, CameraDesc, Falloff, FilmDesc, Filter, LightDesc, LightKind, Numerics, Projection, RenderDesc,
+    SceneDesc, Shading, Shadows, WorldDesc, limits,
 };
 use toml::de::DeTable;
 
@@ -53,9 +52,6 @@ static PROJECTIONS: [Kind; 2] = [
     Kind { name: "perspective", noun: "a perspective camera", keys: &["fov"] },
     Kind { name: "orthographic", noun: "an orthographic camera", keys: &["view_height"] },
 ];
-const FOV: Interval = Interval::open(0.0, 180.0);
-/// Sine of the smallest angle between view and `up`.
-const PARALLEL: f64 = 1e-9;
 
 fn camera<'a>(report: &mut Report<'a>, section: Section<'a>) -> CameraDesc {
     let default = CameraDesc::default();
@@ -72,7 +68,7 @@ fn camera<'a>(report: &mut Report<'a>, section: Section<'a>) -> CameraDesc {
     if report.count() == before {
         check_view(report, &section, position, look_at, up);
     }
-    let fov = section.read("fov", |v| v.number(report, FOV));
+    let fov = section.read("fov", |v| v.number(report, Interval::FOV));
     let view_height = section.read("view_height", |v| v.number(report, Interval::LENGTH));
     let projection = match kind.map(|kind| kind.name) {
         Some("orthographic") => Projection::Orthographic {
@@ -100,7 +96,7 @@ fn check_view<'a>(
         report.conflict(place(&["look_at", "position"]), || {
             Words::new("`look_at` and `position` are the same point", "the camera must look at another point")
         });
-    } else if view.cross(up.normalize_or_zero()).length() < PARALLEL {
+    } else if view.cross(up.normalize_or_zero()).length() < limits::MIN_UP_SINE {
         let vertical = view.x.hypot(view.z) < view.y.abs();
         let given = section.value("up").is_some();
         report.conflict(place(&["up", "look_at", "position"]), move || {
@@ -119,7 +115,7 @@ fn world<'a>(report: &mut Report<'a>, section: &Section<'a>) -> WorldDesc {
     WorldDesc {
         ambient: section.read("ambient", |v| v.color(report)).unwrap_or(default.ambient),
         background: section.read("background", |v| background(report, v)).unwrap_or(default.background),
-        ior: section.read("ior", |v| v.number(report, IOR)).unwrap_or(default.ior),
+        ior: section.read("ior", |v| v.number(report, Interval::IOR)).unwrap_or(default.ior),
     }
 }
 
@@ -136,23 +132,27 @@ fn background<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Backgroun
 }
 
 fn render<'a>(report: &mut Report<'a>, section: &Section<'a>) -> RenderDesc {
-    section.check_keys(report, &["shading", "max_depth", "samples", "shadows", "numerics"]);
+    section.check_keys(report, &["shading", "max_depth", "samples", "error", "filter", "shadows", "numerics"]);
     let default = RenderDesc::default();
+    let error = section.read("error", |v| v.number(report, Interval::ERROR));
+    // On the way to an error `samples` is only a limit.
+    let samples = if error.is_some() { limits::ADAPTIVE_SAMPLES } else { default.samples };
     RenderDesc {
         shading: section.read("shading", |v| v.choice(report, Shading::NAMES)).unwrap_or(default.shading),
         max_depth: count(report, section, "max_depth", 0..=limits::MAX_DEPTH, default.max_depth),
-        samples: count(report, section, "samples", 1..=limits::MAX_SAMPLES, default.samples),
+        samples: count(report, section, "samples", 1..=limits::MAX_SAMPLES, samples),
+        error,
+        filter: section.read("filter", |v| v.choice(report, Filter::NAMES)).unwrap_or(default.filter),
         shadows: section.read("shadows", |v| v.choice(report, Shadows::NAMES)).unwrap_or(default.shadows),
         numerics: section.read("numerics", |v| v.choice(report, Numerics::NAMES)).unwrap_or(default.numerics),
     }
 }
 
-const LIGHT_KEYS: &[&str] = &["kind", "name", "color", "intensity"];
+const LIGHT_KEYS: &[&str] = &["kind", "name", "color", "intensity", "visible"];
 static LIGHT_KINDS: [Kind; 2] = [
     Kind { name: "point", noun: "a point light", keys: &["position", "falloff"] },
     Kind { name: "directional", noun: "a directional light", keys: &["direction"] },
 ];
-const FALLOFFS: &[(&str, Falloff)] = &[("none", Falloff::None), ("inverse-square", Falloff::InverseSquare)];
 
 /// Reads a light; `None` if its kind is wrong.
 pub(super) fn light<'a>(report: &mut Report<'a>, section: Section<'a>) -> Option<LightDesc> {
@@ -170,7 +170,8 @@ pub(super) fn light<'a>(report: &mut Report<'a>, section: Section<'a>) -> Option
         "directional" => directional(report, &section)?,
         _ => point(report, &section, default.kind),
     };
-    Some(LightDesc { name, kind, color, intensity })
+    let visible = section.read("visible", |v| v.boolean(report)).unwrap_or(default.visible);
+    Some(LightDesc { name, kind, color, intensity, visible })
 }
 
 fn directional<'a>(report: &mut Report<'a>, section: &Section<'a>) -> Option<LightKind> {
@@ -183,7 +184,7 @@ fn point<'a>(report: &mut Report<'a>, section: &Section<'a>, default: LightKind)
     let mut kind = default;
     if let LightKind::Point { position, falloff } = &mut kind {
         *position = section.read("position", |v| v.vec3(report, Interval::PLACE)).unwrap_or(*position);
-        *falloff = section.read("falloff", |v| v.choice(report, FALLOFFS)).unwrap_or(*falloff);
+        *falloff = section.read("falloff", |v| v.choice(report, Falloff::NAMES)).unwrap_or(*falloff);
     }
     kind
 }

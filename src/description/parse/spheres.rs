@@ -1,9 +1,9 @@
 //! Spheres by the thousand: `data` of a `spheres` object, inline or from a file of lines `x, y, z, radius`.
 
-use super::interval::Interval;
 use super::report::{Report, Words};
 use super::value::Value;
 use crate::description::Diagnostic;
+use crate::description::interval::Interval;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;

@@ -104,6 +104,8 @@ fn the_example_of_the_issue_means_what_it_says() {
             shading: Shading::Whitted,
             max_depth: 8,
             samples: 16,
+            error: None,
+            filter: Filter::Box,
             shadows: Shadows::Opaque,
             numerics: Numerics::Robust,
         },
@@ -112,6 +114,7 @@ fn the_example_of_the_issue_means_what_it_says() {
             kind: LightKind::Point { position: DVec3::new(4.0, 6.0, 3.0), falloff: Falloff::None },
             color: Rgb::WHITE,
             intensity: 0.8,
+            visible: true,
         }],
         materials: vec![
             MaterialDesc {

@@ -1,9 +1,9 @@
 //! One value of the file, read as what it should be. Every reader adds a mistake to the report where it gives `None`.
 
-use super::interval::Interval;
 use super::nearest::{did_you_mean, list, quoted};
 use super::report::{Report, Words};
 use super::{Span, Toml};
+use crate::description::interval::Interval;
 use glam::{DVec2, DVec3};
 use std::ops::RangeInclusive;
 use toml::de::DeValue;

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 /// What `work` makes of each item, in the order of the items. Threads take the next item as they get free.
-pub(super) fn map<T: Send, R: Send>(threads: NonZeroUsize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+pub fn map<T: Send, R: Send>(threads: NonZeroUsize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let helpers = threads.get().min(items.len()).saturating_sub(1);
     if helpers == 0 {
         return items.into_iter().map(work).collect();
@@ -36,12 +36,12 @@ pub(super) fn map<T: Send, R: Send>(threads: NonZeroUsize, items: Vec<T>, work: 
 }
 
 /// `0..len` in pieces of `size`, the last one shorter.
-pub(super) fn pieces(len: usize, size: usize) -> Vec<Range<usize>> {
+pub fn pieces(len: usize, size: usize) -> Vec<Range<usize>> {
     (0..len).step_by(size.max(1)).map(|start| start..len.min(start + size)).collect()
 }
 
 /// `whole` in neighbouring slices of these lengths.
-pub(super) fn slices<T>(mut whole: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+pub fn slices<T>(mut whole: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     lengths
         .map(|length| {
             let (slice, rest) = std::mem::take(&mut whole).split_at_mut(length);
