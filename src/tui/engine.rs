@@ -92,7 +92,8 @@ impl Engine {
         let Some(event) = event else { return Vec::new() };
         let mut effects = self.take(event);
         let end = Instant::now() + BATCH;
-        while self.app.exit().is_none() && Instant::now() < end {
+        // A whole picture of an edit is shown before more is taken in.
+        while self.app.exit().is_none() && !self.app.is_awaited() && Instant::now() < end {
             // Keys before tiles.
             if let Ok(event) = self.events.1.try_recv() {
                 effects.extend(self.take(event));
