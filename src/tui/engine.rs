@@ -5,7 +5,9 @@ use super::app::App;
 use super::event::{Effect, Event};
 use super::session::spawn;
 use super::view::view;
+use crate::advice::advise;
 use crate::bvh::Isa;
+use crate::description::printable;
 use crate::render::{RenderHandle, Settings, start};
 use crate::scene::{compile_for, recompile};
 use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
@@ -123,6 +125,17 @@ impl Engine {
         match effect {
             Effect::Threads(count) => {
                 self.settings.threads = NonZeroUsize::new(count).unwrap_or(self.settings.threads);
+            }
+            Effect::Advise { desc, scene, waits } => {
+                let (events, settings) = (self.sender(), self.settings);
+                let begun = spawn("adviser", &self.events.0, move || {
+                    let found = advise(&desc, &scene, settings, &|| waits.strong_count() == 0);
+                    let found = found.map_err(|failure| printable(&failure.to_string()).into_owned());
+                    let _ = events.send(Event::Advised { desc, found });
+                });
+                if let Err(refused) = begun {
+                    let _ = self.events.0.send(Event::Broken(refused));
+                }
             }
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
             Effect::Pause(paused) => match &self.render {

@@ -139,7 +139,7 @@ impl Session {
             Effect::Redraw => self.fresh = true,
             Effect::Detach => terminal::detach(),
             // Done by the engine.
-            Effect::Threads(_) | Effect::Start(_) | Effect::Pause(_) => {}
+            Effect::Threads(_) | Effect::Start(_) | Effect::Pause(_) | Effect::Advise { .. } => {}
         }
     }
 

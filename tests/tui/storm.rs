@@ -14,8 +14,8 @@ use glimt::tui::key::{Code, Key};
 use std::path::Path;
 
 /// Keys that open something, each to be closed by Escape.
-const OPENERS: [&str; 14] =
-    ["?", ":", "a", "a f", "C", "T", "e", "W", "V", "/ f", "Enter", "Tab Tab Enter", "g x 1", "n q"];
+const OPENERS: [&str; 15] =
+    ["?", ":", "a", "a f", "C", "T", "e", "W", "V", "/ f", "Enter", "Tab Tab Enter", "g x 1", "n q", "A"];
 
 #[test]
 fn every_screen_from_1_by_1_to_300_by_100_can_be_drawn_with_anything_open() {

@@ -46,6 +46,7 @@ impl App {
             Command::ToggleHelp => self.dialog = Some(Dialog::Help(Help::default())),
             Command::OpenPalette => self.dialog = Some(Dialog::Palette(Palette::default())),
             Command::Add => self.dialog = Some(Dialog::Add(AddMenu::default())),
+            Command::Advise => return self.ask_adviser(),
             Command::TogglePause => match self.activity {
                 Activity::Paused => return self.set_paused(false, now),
                 Activity::Finished | Activity::Failed if !self.is_restarting() => {}

@@ -254,6 +254,7 @@ impl App {
             Event::Saved(result) => self.picture_saved(result),
             Event::Listed { directory, entries } => return self.listed(&directory, entries),
             Event::Looked { file, picture } => self.looked(&file, picture),
+            Event::Advised { desc, found } => self.advised(&desc, found),
             Event::Measured { file, bounds } => self.measured(file, bounds),
             Event::SceneWritten { written, result } => self.scene_written(written, result, now),
             Event::FilesChanged(files) => return self.files_changed(files),

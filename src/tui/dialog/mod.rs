@@ -1,5 +1,6 @@
 //! Boxes over the screen that take the keys until they are closed.
 
+mod adviser;
 pub mod color;
 pub mod files;
 mod help;
@@ -8,6 +9,7 @@ mod palette;
 mod prompt;
 mod texture;
 
+pub use adviser::Adviser;
 pub use color::ColorDialog;
 pub use files::{Files, Wish};
 pub use help::Help;
@@ -25,6 +27,8 @@ pub enum Dialog {
     Help(Help),
     /// All commands.
     Palette(Palette),
+    /// What the scene does not need.
+    Adviser(Adviser),
     /// What to add.
     Add(AddMenu),
     /// A line of text.
