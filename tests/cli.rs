@@ -510,6 +510,30 @@ fn names_of_files_cannot_send_escape_sequences() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn keys_are_listed_as_the_users_own_file_has_them() {
+    let place = Place::new("keys");
+    let keys = |arguments: &[&str]| {
+        let mut command = place.command(&["keys"]);
+        command.args(arguments).env("XDG_CONFIG_HOME", place.0.join("config")).output().unwrap()
+    };
+    let plain = stdout(&keys(&[]));
+    assert!(plain.lines().any(|line| line.split_whitespace().eq(["u", "undo"])), "{plain}");
+    assert!(plain.contains("config/glimt/keys.toml"), "{plain}");
+    fs::create_dir_all(place.0.join("config/glimt")).unwrap();
+    let write = |text: &str| fs::write(place.0.join("config/glimt/keys.toml"), text).unwrap();
+    write("undo = [\"Ctrl-U\", \"u\"]\n");
+    let changed = stdout(&keys(&[]));
+    assert!(changed.lines().any(|line| line.split_whitespace().eq(["Ctrl-U", "u", "undo"])), "{changed}");
+    assert!(stdout(&keys(&["--markdown"])).contains("`Ctrl-U`"));
+    write("# mine\nundoo = \"u\"\n");
+    let wrong = keys(&[]);
+    assert_eq!(wrong.status.code(), Some(2));
+    let told = stderr(&wrong);
+    assert!(told.contains("keys.toml:2") && told.contains("did you mean undo"), "{told}");
+}
+
 #[test]
 fn help_and_version_are_answers_on_stdout() {
     let place = Place::new("help");

@@ -25,12 +25,13 @@ const PACKAGES: &[(&str, &[&str])] = &[
     ("crossterm", &["tui/"]),
     ("csv", &["study/"]),
     ("csscolorparser", &["description/"]),
+    ("directories", &["tui/keymap"]),
     ("image", &["assets/", "output/"]),
     ("indicatif", &["headless/"]),
     ("plotters", &["study/chart/"]),
     ("ratatui", &["study/chart/", "tui/"]),
     ("tobj", &["assets/obj"]),
-    ("toml", &["description/"]),
+    ("toml", &["description/", "tui/keymap"]),
     ("toml_edit", &["description/save/"]),
 ];
 

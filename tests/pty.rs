@@ -226,15 +226,19 @@ fn from_start_to_saved_picture_with_keys_and_resize_to_a_restored_terminal() {
     session.assert_picture(64);
 
     session.send("?");
-    session.wait_for_text("next lighting model");
-    session.send("?");
-    session.wait("end of the help screen", |screen| !screen.contents().contains("next lighting model"));
+    session.wait_for_text("show or hide the panel");
+    // The Escape key is told from a sequence by time.
+    session.send("\x1b");
+    session.wait("end of the help screen", |screen| !screen.contents().contains("show or hide the panel"));
 
     fs::remove_file(session.directory.join("ball.png")).unwrap();
     session.send("\x1b[Cn");
     session.wait_for_text("8 samples  depth");
     session.wait_for_text("saved ball.png");
     session.assert_picture(64);
+    // Back to what the file says, so that leaving asks nothing.
+    session.send("uu");
+    session.wait_for_text("4 samples  depth");
 
     for (columns, rows) in [(200, 60), (20, 5), (100, 30)] {
         session.resize(columns, rows);
@@ -251,6 +255,64 @@ fn from_start_to_saved_picture_with_keys_and_resize_to_a_restored_terminal() {
     session.wait_for_text("saved ball.png");
     // No answer of the terminal is left for the shell.
     assert!(!session.far().parser.screen().contents().contains("^["));
+}
+
+#[test]
+fn a_scene_is_edited_by_keys_undone_saved_and_is_what_it_was_but_for_the_edits() {
+    let scene = format!("# my scene\n{}  # round\n", scene(64, 2).trim_end());
+    let mut session = Session::start("edit", Kind { columns: 120, rows: 40, ..USUAL }, &scene);
+    session.wait_for_text("saved ball.png");
+    let file = session.directory.join("ball.toml");
+
+    // A cuboid, moved along x and a little up.
+    session.send("ab");
+    session.wait_for_text("size x");
+    session.send("gx1.5\r");
+    session.wait_for_text("1.5 units");
+    session.send("gy\x1b[A\x1b[A\r");
+    // The colour of its material by code, live.
+    session.send("C");
+    session.wait_for_text("saturation");
+    session.send("#00ff00\r");
+    session.wait_for_text("#00ff00");
+    // A light, and away with it.
+    session.send("al");
+    session.wait_for_text("lamp");
+    session.send("u");
+    session.wait("end of the light", |screen| !screen.contents().contains("lamp"));
+    session.wait_for_text("● not saved");
+    session.send("w");
+    session.wait("end of the mark", |screen| !screen.contents().contains("● not saved"));
+
+    let saved = fs::read_to_string(&file).unwrap();
+    // Byte by byte what was there, with what was added behind it.
+    assert!(saved.contains("name = \"red\"\ncolor = \"tomato\"\n") && saved.contains("# my scene"), "{saved}");
+    assert!(saved.contains("material = \"red\"  # round\n"), "{saved}");
+    let before = glimt::description::parse(&scene, &file).unwrap();
+    let after = glimt::description::parse(&saved, &file).unwrap();
+    assert_eq!(
+        (after.film, after.camera, after.world, after.render),
+        (before.film, before.camera, before.world, before.render)
+    );
+    assert_eq!((&after.lights, &after.objects[..1]), (&before.lights, &before.objects[..]));
+    assert_eq!((after.materials.len(), after.objects.len()), (before.materials.len() + 1, before.objects.len() + 1));
+    assert_eq!(after.materials[1].color, glimt::description::parse_color("lime").unwrap());
+    let cuboid = &after.objects[1];
+    assert_eq!(cuboid.name, "cuboid");
+    assert_eq!(cuboid.translate.x, 1.5);
+    assert!(cuboid.translate.y > 0.0 && cuboid.translate.z == 0.0, "{}", cuboid.translate);
+
+    // A click on the ball, which stands in the middle, selects it; its row in the tree is told by the properties.
+    session.send("\x1b[<0;42;17M\x1b[<0;42;17m");
+    session.wait_for_text("▸ object 1");
+    // What is not saved is asked about.
+    session.send("vq");
+    session.wait_for_text("changes that are not saved");
+    session.send("s");
+    assert_eq!(session.end(), 0);
+    session.assert_restored();
+    let hidden = glimt::description::parse(&fs::read_to_string(&file).unwrap(), &file).unwrap();
+    assert_eq!(hidden.objects.iter().filter(|object| !object.visible).count(), 1);
 }
 
 #[test]
@@ -325,7 +387,7 @@ fn control_z_gives_the_terminal_to_the_shell_and_fg_takes_it_back() {
     session.wait("picture", |screen| screen.alternate_screen() && shows_picture(screen));
     session.send("d");
     session.wait_for_text("depth 9");
-    session.send("q");
+    session.send("uq");
     assert_eq!(session.end(), 0);
     session.assert_restored();
     session.wait_for_text("got something");
@@ -368,6 +430,8 @@ fn a_slow_link_echoes_keys_before_it_carries_the_picture() {
     between.sort_unstable();
     // A screen of pixels is 200 kB; a tenth of a second on this link is 3 kB.
     assert!(between[4] < 12_000, "{between:?} bytes between key and echo");
+    session.send("q");
+    session.wait_for_text("not saved");
     session.send("q");
     assert_eq!(session.end(), 0);
     session.assert_restored();

@@ -2,6 +2,7 @@
 //! in an [`AssetError`] that names file, line and reason; never in a panic.
 
 mod fans;
+mod fingerprint;
 mod image;
 mod intern;
 mod mesh;
@@ -17,6 +18,7 @@ mod resolve;
 mod triangulate;
 
 pub use self::image::{Image, load_image, load_images};
+pub use fingerprint::Fingerprints;
 pub use obj::load_obj;
 pub use report::ImportReport;
 
@@ -49,6 +51,8 @@ pub struct Model {
     pub triangle_materials: Vec<u32>,
     /// Materials of the file in order of first use; empty if it names none that could be found.
     pub materials: Vec<MaterialDesc>,
+    /// The material libraries (MTL) that were read.
+    pub libraries: Vec<PathBuf>,
     /// What was found, mended, dropped and missed.
     pub report: ImportReport,
 }

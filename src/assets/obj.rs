@@ -254,10 +254,11 @@ fn assign_materials(
             missing.push(lossy(without_comment(written)));
         }
         for path in found {
-            if loaded.insert(path.clone())
-                && let Err(error) = library.load(&path, &mut resolver)
-            {
-                notes.push(format!("material library not usable: {error}"));
+            if loaded.insert(path.clone()) {
+                if let Err(error) = library.load(&path, &mut resolver) {
+                    notes.push(format!("material library not usable: {error}"));
+                }
+                model.libraries.push(path);
             }
         }
     }

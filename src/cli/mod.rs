@@ -13,7 +13,7 @@ use crate::description::{FilmDesc, printable};
 use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
 use crate::output::{check_target, save_png};
 use crate::tui;
-use args::{CheckArgs, Cli, Command, RenderArgs};
+use args::{CheckArgs, Cli, Command, KeysArgs, RenderArgs};
 use check::Inventory;
 use clap::Parser;
 use clap::error::{ContextKind, ErrorKind};
@@ -38,6 +38,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let (color, done) = match &cli.command {
         Some(Command::Render(args)) => (args.color.color, render(args, begun)),
         Some(Command::Check(args)) => (args.color.color, check(args)),
+        Some(Command::Keys(args)) => (args.color.color, keys(args)),
         Some(Command::Compare(args)) => (args.color.color, compare::compare(args)),
         Some(Command::Study(command)) => (command.color(), study::run(command)),
         None => (cli.show.color.color, show(&cli.show, begun)),
@@ -83,8 +84,12 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
         return render(args, begun);
     }
+    let keymap = tui::keymap::load().map_err(Failure::Asked)?;
     let (mut opened, output) = open(args)?;
     let options = tui::Options {
+        source: opened.source(),
+        directory: opened.directory(),
+        keymap,
         scene_name: opened.name().to_string_lossy().into_owned(),
         desc: opened.desc.clone(),
         compiled: opened.compiled.take().map(Arc::new),
@@ -149,6 +154,20 @@ fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let opened = Opened::new(args.scene.as_deref(), None, args.isa.chosen()?)?;
     let scene = opened.compile()?;
     print(Inventory { opened: &opened, scene: &scene }.to_string().trim_end())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `glimt keys`
+fn keys(args: &KeysArgs) -> Result<ExitCode, Failure> {
+    let keymap = tui::keymap::load().map_err(Failure::Asked)?;
+    if args.markdown {
+        print(keymap.markdown().trim_end())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let file = tui::keymap::file().map(|file| file.to_string_lossy().into_owned());
+    let place =
+        file.map(|file| format!("\nOther keys: {} (for example: undo = [\"u\", \"Ctrl-U\"])", printable(&file)));
+    print(format_args!("{}{}", keymap.table(), place.unwrap_or_default()))?;
     Ok(ExitCode::SUCCESS)
 }
 

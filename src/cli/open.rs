@@ -5,10 +5,12 @@ use super::model_scene::scene_of_model;
 use crate::bvh::Isa;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
 use crate::scene::{CompileError, Scene, compile_for};
+use crate::tui::FileText;
 use std::ffi::{OsStr, OsString};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A scene as the command line names it.
@@ -75,6 +77,24 @@ impl Opened {
             Some(mistake) => Failure::Scene(vec![mistake]),
             None => Failure::asked(error),
         }
+    }
+
+    /// What the interface saves into: the file as it was read; `None` for a model.
+    pub fn source(&self) -> Option<FileText> {
+        let text = self.text.clone()?;
+        // Without the flags, which are not written into the file.
+        let desc = parse(&text, &self.file).ok()?;
+        Some(FileText { file: self.file.clone(), text, desc: Arc::new(desc) })
+    }
+
+    /// Where the file is, absolute; for the built-in scene the working directory.
+    pub fn directory(&self) -> PathBuf {
+        let parent = match builtin(&self.file) {
+            Some(_) => Path::new(""),
+            None => self.file.parent().unwrap_or(Path::new("")),
+        };
+        let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+        parent.canonicalize().unwrap_or_else(|_| parent.to_owned())
     }
 
     /// The file's name without its ending.

@@ -1,16 +1,15 @@
 //! `glimt study`: measurements, their tables, files and charts.
 
-use super::args::{ColorArg, IsaArg, size, threads, usual_isa, whole};
+use super::args::{ColorArg, IsaArg, codes, error, named, size, threads, usual_isa, whole};
 use super::open::Opened;
 use super::stability::{self, StabilityArgs};
 use super::{Failure, print, say};
 use crate::bvh::Isa;
-use crate::description::FilmDesc;
-use crate::description::printable;
+use crate::description::{FilmDesc, Numerics, Shading, limits, printable};
 use crate::headless::Signals;
 use crate::render::default_threads;
 use crate::study::chart::TerminalStyle;
-use crate::study::{self, Console, KernelOptions, Report, StudyError, SystemClock};
+use crate::study::{self, Console, KernelOptions, Report, StudyError, Sweep, SystemClock};
 use crate::tui::ColorChoice;
 use clap::{Args, Subcommand};
 use std::fs;
@@ -28,6 +27,62 @@ pub enum StudyCommand {
     Stability(StabilityArgs),
     /// How fast rays are traced and trees are built, and how wrong each speed is
     Kernel(KernelArgs),
+    /// How time and memory grow with triangles, spheres, lights, pixels and depth
+    Scale(ScaleArgs),
+    /// What accuracy costs: error against time over settings
+    Accuracy(AccuracyArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct ScaleArgs {
+    /// Most triangles, and most spheres [default: 10000000, with --quick 100000; never more than 1000000 spheres]
+    #[arg(long, value_name = "N", value_parser = whole(1000, 10_000_000), allow_negative_numbers = true)]
+    max: Option<u32>,
+    /// How often each is measured [default: 3, with --quick 1]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    repeats: Option<u32>,
+    #[command(flatten)]
+    study: StudyArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct AccuracyArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Lighting models
+    #[arg(long, value_name = "MODEL,...", value_delimiter = ',', value_parser = named(Shading::NAMES))]
+    shading: Vec<Shading>,
+    /// Arithmetics
+    #[arg(long, value_name = "PRESET,...", value_delimiter = ',', value_parser = named(Numerics::NAMES))]
+    numerics: Vec<Numerics>,
+    /// Depths of ray trees
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = whole(0, limits::MAX_DEPTH))]
+    max_depth: Vec<u32>,
+    /// Samples of every pixel [default: 1,2,4,8,16,32,64, with --quick 1,4,16]
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = whole(1, limits::MAX_SAMPLES))]
+    samples: Vec<u32>,
+    /// Errors that adaptive sampling aims at, 8-bit codes [default: 4,2,1,0.5, with --quick 4,1]
+    #[arg(long, value_name = "CODES,...", value_delimiter = ',', value_parser = error)]
+    error: Vec<f64>,
+    /// Every combination, instead of one change at a time from what the scene says
+    #[arg(long)]
+    all: bool,
+    /// Name the cheapest setting whose error is below this many 8-bit codes
+    #[arg(long, value_name = "CODES", value_parser = codes, default_value_t = 1.0, allow_negative_numbers = true)]
+    below: f64,
+    /// Directory in which references are kept [default: glimt in the user's cache]
+    #[arg(long, value_name = "DIR")]
+    cache: Option<PathBuf>,
+    /// Most samples of the reference [default: 4096, with --quick 256]
+    #[arg(long, value_name = "N", value_parser = whole(32, limits::MAX_SAMPLES), allow_negative_numbers = true)]
+    reference_samples: Option<u32>,
+    /// How often each is measured [default: 3, with --quick 1]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    repeats: Option<u32>,
+    #[command(flatten)]
+    isa: IsaArg,
+    #[command(flatten)]
+    study: StudyArgs,
 }
 
 #[derive(Debug, Args)]
@@ -71,7 +126,7 @@ pub struct KernelArgs {
 struct SceneArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     scene: Option<PathBuf>,
-    /// Pixels across and down, instead of the scene's [with --quick: at most 320 across]
+    /// Pixels across and down [default: the scene's, at most 640 across for accuracy, 320 with --quick]
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     size: Option<(u32, u32)>,
 }
@@ -92,19 +147,21 @@ pub struct StudyArgs {
     pub color: ColorArg,
 }
 
-/// Most pixels across in a short run, unless a size is asked for.
+/// Most pixels across in a short run, and in one that renders a picture many times.
 const QUICK_WIDTH: u32 = 320;
+const ACCURACY_WIDTH: u32 = 640;
 
 impl SceneArgs {
-    fn open(&self, quick: bool, isa: Isa) -> Result<Opened, Failure> {
+    /// `widest`: most pixels across, unless a size is asked for.
+    fn open(&self, widest: u32, isa: Isa) -> Result<Opened, Failure> {
         let film = self.size.map(|(width, height)| FilmDesc { width, height });
         let mut opened = Opened::new(self.scene.as_deref(), film, isa)?;
         let shown = &mut opened.desc.film;
         if let Some(film) = film {
             *shown = film;
-        } else if quick && shown.width > QUICK_WIDTH {
-            shown.height = (shown.height * QUICK_WIDTH).div_ceil(shown.width);
-            shown.width = QUICK_WIDTH;
+        } else if shown.width > widest {
+            shown.height = (shown.height * widest).div_ceil(shown.width);
+            shown.width = widest;
         }
         Ok(opened)
     }
@@ -116,6 +173,8 @@ impl StudyCommand {
             Self::Threads(args) => &args.study,
             Self::Stability(args) => &args.study,
             Self::Kernel(args) => &args.study,
+            Self::Scale(args) => &args.study,
+            Self::Accuracy(args) => &args.study,
         }
     }
 
@@ -124,6 +183,8 @@ impl StudyCommand {
             Self::Threads(_) => "threads",
             Self::Stability(_) => "stability",
             Self::Kernel(_) => "kernel",
+            Self::Scale(_) => "scale",
+            Self::Accuracy(_) => "accuracy",
         }
     }
 
@@ -155,13 +216,16 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
     let (report, files) = match studied {
         Ok(studied) => studied,
         Err(failure) => {
-            // Goes only if it is empty.
-            let _ = fs::remove_dir(&out);
-            return Err(match signals.caught() {
-                Some(number) => {
-                    Failure::Signal { number, message: format!("stopped; nothing was written to {}", out.display()) }
+            // What was made goes again, but only if it is empty.
+            let made = if args.out.is_none() { 2 } else { 1 };
+            for directory in out.ancestors().take(made) {
+                let _ = fs::remove_dir(directory);
+            }
+            return Err(match failure {
+                Failure::Signal { number, message } => {
+                    Failure::Signal { number: signals.caught().unwrap_or(number), message }
                 }
-                None => failure,
+                other => other,
             });
         }
     };
@@ -177,7 +241,8 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
 fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
     match command {
         StudyCommand::Threads(args) => {
-            let opened = args.scene.open(args.study.quick, args.isa.chosen()?)?;
+            let widest = if args.study.quick { QUICK_WIDTH } else { limits::MAX_SIDE };
+            let opened = args.scene.open(widest, args.isa.chosen()?)?;
             let scene = Arc::new(opened.compile()?);
             let repeats = args.repeats.unwrap_or(if args.study.quick { 2 } else { 5 });
             let mut report = study::threads(&scene, &args.threads, repeats as usize, console)
@@ -189,7 +254,8 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
         StudyCommand::Kernel(args) => {
             let isas = if args.isa.is_empty() { vec![usual_isa()?] } else { args.isa.clone() };
             let (rays, repeats) = if args.study.quick { (1 << 14, 2) } else { (1 << 17, 5) };
-            let opened = args.scene.open(args.study.quick, isas[0])?;
+            let widest = if args.study.quick { QUICK_WIDTH } else { limits::MAX_SIDE };
+            let opened = args.scene.open(widest, isas[0])?;
             let options = KernelOptions {
                 isas,
                 rays: args.rays.unwrap_or(rays) as usize,
@@ -202,7 +268,43 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             report.set("scene", opened.file.to_string_lossy().into_owned());
             Ok(report)
         }
+        StudyCommand::Scale(args) => {
+            let quick = args.study.quick;
+            let most = args.max.unwrap_or(if quick { 100_000 } else { 10_000_000 });
+            let repeats = args.repeats.unwrap_or(if quick { 1 } else { 3 });
+            study::scale(quick, most.into(), repeats as usize, console).map_err(|error| refuse(error, None))
+        }
+        StudyCommand::Accuracy(args) => {
+            let quick = args.study.quick;
+            let isa = args.isa.chosen()?;
+            let opened = args.scene.open(if quick { QUICK_WIDTH } else { ACCURACY_WIDTH }, isa)?;
+            let sweep = Sweep {
+                shadings: all_or(&args.shading, Shading::NAMES),
+                numerics: all_or(&args.numerics, Numerics::NAMES),
+                depths: given_or(&args.max_depth, if quick { &[1, 4] } else { &[1, 2, 4, 8] }),
+                samples: given_or(&args.samples, if quick { &[1, 4, 16] } else { &[1, 2, 4, 8, 16, 32, 64] }),
+                errors: given_or(&args.error, if quick { &[4.0, 1.0] } else { &[4.0, 2.0, 1.0, 0.5] }),
+                all: args.all,
+                repeats: args.repeats.unwrap_or(if quick { 1 } else { 3 }) as usize,
+                below: args.below,
+                reference_samples: args.reference_samples.unwrap_or(if quick { 256 } else { 4096 }),
+            };
+            let cache = args.cache.clone().unwrap_or_else(study::default_cache);
+            let mut report =
+                study::accuracy(&opened.desc, &sweep, &cache, console).map_err(|error| refuse(error, Some(&opened)))?;
+            report.set("scene", opened.file.to_string_lossy().into_owned());
+            Ok(report)
+        }
     }
+}
+
+/// What was asked for, else all there is.
+fn all_or<T: Copy>(given: &[T], names: &[(&str, T)]) -> Vec<T> {
+    given_or(given, &names.iter().map(|(_, value)| *value).collect::<Vec<_>>())
+}
+
+fn given_or<T: Copy>(given: &[T], otherwise: &[T]) -> Vec<T> {
+    if given.is_empty() { otherwise.to_vec() } else { given.to_vec() }
 }
 
 /// Whose fault it is.
@@ -210,6 +312,10 @@ pub(super) fn refuse(error: StudyError, opened: Option<&Opened>) -> Failure {
     match (error, opened) {
         (StudyError::Compile(error), Some(opened)) => opened.locate(error),
         (error @ (StudyError::Asked(_) | StudyError::Compile(_)), _) => Failure::asked(error),
+        // Which signal, the caller knows.
+        (StudyError::Interrupted, _) => {
+            Failure::Signal { number: 0, message: "stopped; nothing was written".to_owned() }
+        }
         (error, _) => Failure::could_not(error),
     }
 }

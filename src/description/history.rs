@@ -97,10 +97,12 @@ impl History {
         !Arc::ptr_eq(&self.now, &self.saved) && self.now != self.saved
     }
 
-    /// The file says something else now (it was changed on the disk): what is there becomes that, as a step that can be undone.
+    /// The file says something else now (it was changed on the disk): what is there becomes that, as a step that can be
+    /// undone. The camera stays where it is, unless it is what was changed in the file.
     pub fn reload(&mut self, desc: SceneDesc, label: &str) {
-        self.record(desc, label, None);
-        self.mark_saved();
+        let camera = if desc.camera == self.saved.camera { self.now.camera } else { desc.camera };
+        self.record(SceneDesc { camera, ..desc.clone() }, label, None);
+        self.saved = Arc::new(desc);
     }
 }
 

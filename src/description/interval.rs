@@ -32,6 +32,8 @@ impl Interval {
     pub const FOV: Self = Self::open(0.0, 180.0);
     /// Crease angles, degrees.
     pub const CREASE: Self = Self::closed(0.0, 180.0);
+    /// Errors of the picture in 8-bit codes.
+    pub const ERROR: Self = Self::closed(*limits::ERROR.start(), *limits::ERROR.end());
     /// Shares of light.
     pub const SHARE: Self = Self::closed(0.0, 1.0);
 

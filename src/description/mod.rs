@@ -22,7 +22,7 @@ pub use escape::printable;
 pub use expression::Expression;
 pub use history::History;
 pub use interval::Interval;
-pub use parse::{color_code, parse, parse_color, point_out};
+pub use parse::{color_code, files_named, parse, parse_color, point_out};
 pub use save::{SaveError, Source, save};
 pub use target::{Refused, Target};
 
@@ -308,7 +308,7 @@ pub struct ObjectDesc {
 
 /// `shape` of an object. All are centred on the object's origin; the axis of cylinder and cone is y, plane and quad
 /// look along +y. u and v of every shape are stated in `geometry`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum ShapeDesc {
     /// `radius`
     Sphere {
@@ -353,6 +353,23 @@ pub enum ShapeDesc {
         /// Centre and radius.
         data: Arc<[[f64; 4]]>,
     },
+}
+
+impl PartialEq for ShapeDesc {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Sphere { radius: a }, Self::Sphere { radius: b }) => a == b,
+            (Self::Cuboid { size: a }, Self::Cuboid { size: b }) => a == b,
+            (Self::Cylinder { radius: a, height: c }, Self::Cylinder { radius: b, height: d })
+            | (Self::Cone { radius: a, height: c }, Self::Cone { radius: b, height: d }) => a == b && c == d,
+            (Self::Plane, Self::Plane) => true,
+            (Self::Quad { size: a }, Self::Quad { size: b }) => a == b,
+            (Self::Mesh { file: a, crease: c }, Self::Mesh { file: b, crease: d }) => a == b && c == d,
+            // Descriptions are compared with every edit, and there may be a million of spheres.
+            (Self::Spheres { data: a }, Self::Spheres { data: b }) => Arc::ptr_eq(a, b) || a == b,
+            _ => false,
+        }
+    }
 }
 
 impl Default for FilmDesc {
@@ -448,6 +465,8 @@ pub mod limits {
     pub const MAX_SAMPLES: u32 = 1 << 20;
     /// The most samples that a pixel gets on the way to an error where no number is given.
     pub const ADAPTIVE_SAMPLES: u32 = 4096;
+    /// Error that is aimed at where none is stated, 8-bit codes.
+    pub const USUAL_ERROR: f64 = 0.5;
     /// Smallest and largest error that can be asked for, 8-bit codes.
     pub const ERROR: std::ops::RangeInclusive<f64> = 0.01..=64.0;
     /// Largest coordinate, radius, edge or factor of scale.

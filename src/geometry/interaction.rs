@@ -63,21 +63,26 @@ impl SurfaceInteraction {
         Ray { t_min: K::T_MIN, ..Ray::new(origin, direction) }
     }
 
-    /// Start of a shadow ray: off the surface on the side that the viewer is on.
-    fn shadow_origin(&self) -> DVec3 {
+    /// Where shadow rays start: off the surface on the side that the viewer is on.
+    pub fn shadow_start(&self) -> ShadowStart {
         let side = if self.entering { 1.0 } else { -1.0 };
-        self.shadow_point + self.geometric_normal * (side * self.point_error)
+        ShadowStart(self.shadow_point + self.geometric_normal * (side * self.point_error))
     }
+}
 
-    /// The shadow ray to a point; `None` if it is that point. With [`SurfaceInteraction::shadow_ray_along`] the only maker
-    /// of shadow rays.
-    pub fn shadow_ray_to<K: Kernels>(&self, target: DVec3) -> Option<Ray> {
-        K::ray_to(self.shadow_origin(), target)
+/// Where the shadow rays of a surface start, whatever light they go to: the only maker of shadow rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowStart(DVec3);
+
+impl ShadowStart {
+    /// The shadow ray to a point; `None` if it is that point.
+    pub fn ray_to<K: Kernels>(self, target: DVec3) -> Option<Ray> {
+        K::ray_to(self.0, target)
     }
 
     /// The shadow ray toward a light that is infinitely far in this unit direction.
-    pub fn shadow_ray_along<K: Kernels>(&self, direction: DVec3) -> Ray {
-        Ray { t_min: K::T_MIN, ..Ray::new(self.shadow_origin(), direction) }
+    pub fn ray_along<K: Kernels>(self, direction: DVec3) -> Ray {
+        Ray { t_min: K::T_MIN, ..Ray::new(self.0, direction) }
     }
 }
 

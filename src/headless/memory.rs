@@ -1,8 +1,8 @@
 //! Memory: what the process held, and what a picture needs. Known on Linux only.
 
-/// Bytes that rendering a picture takes for each pixel: film 12, sums of samples 28, sRGB codes and PNG 3 each, and
-/// some for what is on its way between threads.
-const BYTES_PER_PIXEL: u64 = 48;
+/// Bytes that rendering a picture takes for each pixel: film 12, sums of samples 80, the map between rounds 16,
+/// sRGB codes and PNG 3 each, and some for what is on its way between threads.
+const BYTES_PER_PIXEL: u64 = 128;
 
 /// A picture that is too large for this machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

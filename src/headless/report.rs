@@ -4,7 +4,7 @@ use super::meter::span;
 use super::{Rendered, memory};
 use crate::bvh::BvhStats;
 use crate::description::printable;
-use crate::render::Settings;
+use crate::render::{Cut, Settings};
 use crate::scene::{Imported, Scene};
 use serde::Serialize;
 use std::fmt;
@@ -27,6 +27,8 @@ pub struct Report {
     pub samples: u32,
     /// Samples that a pixel got, on average.
     pub samples_per_pixel: f64,
+    /// What paths that were not followed lack.
+    pub cut: CutReport,
     /// How samples make a pixel.
     pub filter: &'static str,
     /// Where rendering was to end: root mean square of the sampling error in 8-bit codes; `null`: at `samples`. 0: never.
@@ -71,6 +73,36 @@ pub struct Report {
     pub imports: Vec<Import>,
     /// Things that are probably not meant, and what models name that is missing or ignored.
     pub warnings: Vec<String>,
+}
+
+/// Paths that were not followed, for their depth or because they weigh too little, and what they can add at most.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct CutReport {
+    /// Their weight together, mean over the pixels.
+    pub mean_weight: f64,
+    /// Of the pixel that lacks most.
+    pub largest_weight: f64,
+    /// The largest radiance that the scene can have; `null` if it sets no limit: where a material has k_r + k_t >= 1, or a
+    /// light that falls off with distance may touch a surface.
+    pub largest_radiance: Option<f64>,
+    /// What they add at most, in linear light: mean over the pixels; `null` if nothing bounds it.
+    pub mean_bound: Option<f64>,
+    /// The same of the pixel that lacks most.
+    pub largest_bound: Option<f64>,
+}
+
+impl CutReport {
+    fn new(scene: &Scene, cut: Cut) -> Self {
+        // Nothing lacks nothing, however bright the scene.
+        let bound = |weight: f64| if weight == 0.0 { Some(0.0) } else { scene.largest_radiance.map(|l| l * weight) };
+        Self {
+            mean_weight: cut.sum,
+            largest_weight: cut.largest,
+            largest_radiance: scene.largest_radiance,
+            mean_bound: bound(cut.sum),
+            largest_bound: bound(cut.largest),
+        }
+    }
 }
 
 /// Wall time in seconds.
@@ -217,6 +249,7 @@ impl Report {
             size: [scene.width, scene.height],
             samples: scene.render.samples,
             samples_per_pixel: rays.camera as f64 / (f64::from(scene.width) * f64::from(scene.height)),
+            cut: CutReport::new(scene, progress.cut()),
             filter: scene.render.filter.name(),
             error_target: scene.render.error,
             time_limit: time_limit.map(|limit| limit.as_secs_f64()),

@@ -131,10 +131,11 @@ impl Census {
     /// All groups of pixels: how many, their squared error together, what refining one is worth.
     fn groups(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         let classes = self.class_errors();
-        let bins = self.bins.iter().enumerate().map(|(i, tally)| {
-            let value = f64::from(((i as f32 + 0.5 + LOWEST) / BINS_AN_OCTAVE).exp2());
-            (tally.pixels as f64, tally.error as f64 / SCALE, value)
-        });
+        let bins = self
+            .bins
+            .iter()
+            .enumerate()
+            .map(|(i, tally)| (tally.pixels as f64, tally.error as f64 / SCALE, value_of(i)));
         let single = self.classes.into_iter().zip(classes);
         bins.chain(single.map(|(class, error)| (class.pixels as f64, class.pixels as f64 * error, error)))
     }
@@ -189,6 +190,11 @@ fn bin(value: f64) -> usize {
     ((value.max(1e-12) as f32).log2() * BINS_AN_OCTAVE - LOWEST).clamp(0.0, BINS as f32 - 1.0) as usize
 }
 
+/// The middle of a bin: what all its pixels are taken for, so that those are refined that a plan counts on.
+fn value_of(bin: usize) -> f64 {
+    f64::from(((bin as f32 + 0.5 + LOWEST) / BINS_AN_OCTAVE).exp2())
+}
+
 fn whole(squared_codes: f64) -> u64 {
     (squared_codes * SCALE + 0.5) as u64
 }
@@ -196,7 +202,7 @@ fn whole(squared_codes: f64) -> u64 {
 impl Plan {
     /// Samples that a pixel of this squared error is to have, which has `samples`.
     pub fn refine(&self, variance: f64, samples: u32) -> u32 {
-        samples.saturating_mul(factor(variance / f64::from(samples), self.threshold))
+        samples.saturating_mul(factor(value_of(bin(variance / f64::from(samples))), self.threshold))
     }
 
     /// The same for a pixel with one sample.

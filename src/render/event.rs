@@ -67,6 +67,18 @@ pub struct TileStats {
     /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as
     /// nothing can be said.
     pub squared_error: Option<f64>,
+    /// Weight of the paths that were not followed: sum over the pixels, and that of the worst pixel. Times
+    /// [`Scene::largest_radiance`](crate::scene::Scene::largest_radiance) it bounds what they would add.
+    pub cut: Cut,
+}
+
+/// Weight of paths that were not followed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Summed over pixels.
+    pub sum: f64,
+    /// Of the pixel that lacks most.
+    pub largest: f64,
 }
 
 /// Why a render stopped before its end.

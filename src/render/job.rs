@@ -184,6 +184,10 @@ struct Gathering {
     census: Census,
     /// Of the rounds before it.
     earlier: Census,
+    /// Whether a tile was refined in the round under way.
+    refined: bool,
+    /// Rounds without that, one after the other.
+    idle: u32,
 }
 
 struct Worker {
@@ -256,6 +260,7 @@ impl Worker {
         if let Some((sum, errors)) = tile.own_errors() {
             (stats.squared_error, image.errors) = (Some(sum), errors);
         }
+        stats.cut = tile.cut();
         stats.busy += judging.elapsed();
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
         if pass == (Pass::Lattice { step: COARSEST }) {
@@ -268,7 +273,7 @@ impl Worker {
             let _ = self.requeue.send(Some(Job { tile, step: Step::Listed(number + 1) }));
         } else if let Some(map) = &shared.map {
             tile.write(map, 0);
-            return self.gather(tile, 0, &Census::default());
+            return self.gather(tile, 0, true, &Census::default());
         } else if shared.done.fetch_add(1, Ordering::AcqRel) + 1 == shared.tiles {
             return Err(Leave);
         }
@@ -296,6 +301,7 @@ impl Worker {
             Traced::Whole => tile.write(map, number),
         }
         let (sum, errors) = tile.judge(&round, batch, &mut census);
+        stats.cut = tile.cut();
         stats.busy += judging.elapsed();
         if any {
             stats.squared_error = Some(sum);
@@ -303,25 +309,29 @@ impl Worker {
             image.errors = errors;
             self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
         }
-        if traced == Traced::Part { Err(Leave) } else { self.gather(tile, number, &census) }
+        if traced == Traced::Part { Err(Leave) } else { self.gather(tile, number, any, &census) }
     }
 
     /// Takes a tile in that is through a round. Who brings the last one plans the next.
-    fn gather(&self, tile: Tile, number: u32, census: &Census) -> Result<(), Leave> {
+    fn gather(&self, tile: Tile, number: u32, refined: bool, census: &Census) -> Result<(), Leave> {
         let shared = &*self.shared;
         let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
         gathering.census.merge(census);
+        gathering.refined |= refined;
         if gathering.tiles.len() < shared.tiles {
             return Ok(());
         }
         let mut census = std::mem::take(&mut gathering.census);
         census.keep_checks(&gathering.earlier);
+        // Pixels see their neighbours as they were a round ago, so one idle round does not mean that nothing can be done.
+        gathering.idle = if std::mem::take(&mut gathering.refined) { 0 } else { gathering.idle + 1 };
         let plan = if number == 0 {
             None
         } else {
             self.send(RenderEvent::Estimated { error: census.error() })?;
             match census.plan(shared.target.unwrap_or_default()) {
+                Some(_) if gathering.idle > 1 => return Err(Leave),
                 None => return Err(Leave),
                 plan => plan.map(Arc::new),
             }

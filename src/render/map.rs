@@ -1,7 +1,7 @@
 //! What the pixels of all tiles tell each other between two rounds.
 
 use super::pixel::Pixel;
-use crate::math::linear_to_srgb;
+use crate::math::{linear_to_srgb, srgb_to_linear};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A word a pixel: its codes and its ray tree. Rounds write and read in turn two of these, so that what is read does not
@@ -44,6 +44,16 @@ impl Look {
         sum / (3.0 * 65536.0)
     }
 
+    /// The same distance to what is seen if the part `share` of the light comes from another look instead.
+    pub fn distance2_to_mix(self, other: Self, share: f64) -> f64 {
+        let square = |here: i32, there: i32| {
+            let [here, there] = [here, there].map(|code| f64::from(code) / 65280.0);
+            let [dark, bright] = [here, there].map(srgb_to_linear);
+            (255.0 * (linear_to_srgb(dark + share * (bright - dark)) - here)).powi(2)
+        };
+        (0..3).map(|c| square(self.codes[c], other.codes[c])).sum::<f64>() / 3.0
+    }
+
     /// The same, from the line between two.
     fn bend2(self, a: Self, b: Self) -> f64 {
         let sum: f64 = (0..3).map(|c| f64::from(2 * self.codes[c] - a.codes[c] - b.codes[c]).powi(2)).sum();
@@ -59,6 +69,9 @@ pub(super) struct Fit {
     pub contrast2: f64,
     /// Whether the ray trees are all the same.
     pub same: bool,
+    /// The pixel, and the neighbour that differs most.
+    pub here: Look,
+    pub other: Look,
 }
 
 impl Map {
@@ -84,7 +97,8 @@ impl Map {
             let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
             (x < self.width && y < self.height).then(|| self.look(round, x, y))
         };
-        let mut fit = Fit { contrast2: 0.0, same: here.tree != 0 };
+        let mut fit = Fit { contrast2: 0.0, same: here.tree != 0, here, other: here };
+        let mut farthest = 0.0;
         for (dx, dy) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
             let (a, b) = (near(dx, dy), near(-dx, -dy));
             let step = match (a, b) {
@@ -93,7 +107,13 @@ impl Map {
                 (None, None) => 0.0,
             };
             fit.contrast2 = fit.contrast2.max(step);
-            fit.same &= [a, b].into_iter().flatten().all(|n| n.tree == here.tree);
+            for neighbour in [a, b].into_iter().flatten() {
+                fit.same &= neighbour.tree == here.tree;
+                let distance2 = here.distance2(neighbour);
+                if distance2 > farthest {
+                    (farthest, fit.other) = (distance2, neighbour);
+                }
+            }
         }
         fit
     }

@@ -3,8 +3,9 @@
 use super::convergence::Convergence;
 use super::forecast::{Eta, Forecast};
 use super::pixel::JUDGED;
-use super::{Pass, RayCounts, Rect, RenderEvent};
+use super::{Cut, Pass, RayCounts, Rect, RenderEvent};
 use crate::scene::Scene;
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 /// Numbers gathered from the events of one render.
@@ -42,6 +43,9 @@ pub struct Progress {
     target: Option<f64>,
     time_limit: Option<Duration>,
     convergence: Convergence,
+    /// What was not followed in each tile.
+    cuts: HashMap<(u32, u32), Cut>,
+    pixels: u64,
     /// Part of the work done, when samples do not tell.
     part: f64,
 }
@@ -100,6 +104,8 @@ impl Progress {
             target: None,
             time_limit: None,
             convergence: Convergence::of_pixels(pixels),
+            cuts: HashMap::new(),
+            pixels,
             part: 0.0,
         }
     }
@@ -132,6 +138,7 @@ impl Progress {
                         self.first_picture = Some(elapsed);
                     }
                 }
+                self.cuts.insert((tile.rect.x, tile.rect.y), stats.cut);
                 if let Some(squared_error) = stats.squared_error {
                     self.convergence.learn(tile.rect, squared_error, elapsed);
                 }
@@ -190,6 +197,16 @@ impl Progress {
     /// Estimated root mean square of the sampling error, 8-bit codes; `None` before it can be told.
     pub fn error(&self) -> Option<f64> {
         self.convergence.error()
+    }
+
+    /// Weight of the paths that were not followed, for their weight or their depth: mean over the pixels, and that of the
+    /// worst pixel.
+    pub fn cut(&self) -> Cut {
+        let all = self
+            .cuts
+            .values()
+            .fold(Cut::default(), |all, cut| Cut { sum: all.sum + cut.sum, largest: all.largest.max(cut.largest) });
+        Cut { sum: all.sum / self.pixels.max(1) as f64, ..all }
     }
 
     /// The error that ends the render, if it is one that does.

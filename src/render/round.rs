@@ -20,7 +20,7 @@ pub(super) struct Round<'a> {
 }
 
 /// In round 1 one pixel of a square of this side is looked into.
-const LOT: u32 = 4;
+const LOT: u32 = 8;
 
 /// Whether the lot falls on a pixel in its square.
 fn is_drawn(x: u32, y: u32) -> bool {
@@ -28,12 +28,18 @@ fn is_drawn(x: u32, y: u32) -> bool {
     lot % (LOT * LOT) == y % LOT * LOT + x % LOT
 }
 
-/// How much of the contrast to its neighbours a pixel hides whose n samples say nothing of it: an edge that passes it
-/// at a place of even chance leaves the samples alone and is still there with an expected square of 1 / (12 n^3).
-const HIDDEN: f64 = 1.0 / 12.0;
+/// An edge that passes a pixel at a place of even chance is missed by all of n stratified samples with the chance
+/// 1 / (2 n), and covers then a part of the pixel whose root mean square is this over n.
+/// What a neighbour shows of what lies beyond the edge is half of it on average, hence twice 0.408.
+const MISSED: f64 = 0.816;
 
-/// The contrast, in codes, that two ray trees are taken to have at least.
-const LEAST_CONTRAST: f64 = 4.0;
+/// Pixels whose few samples say too little of their error are the ones that are not refined: the error of n samples is
+/// taken to be larger by a factor of 1 + OPTIMISM / n than these say.
+const OPTIMISM: f64 = 4.0;
+
+/// The squared contrast, in codes, below which neighbours say nothing, and that which two ray trees are taken to have.
+const SMOOTH: f64 = 4.0;
+const OTHER_TREE: f64 = 16.0;
 
 impl Round<'_> {
     fn fit(&self, x: u32, y: u32) -> Fit {
@@ -54,9 +60,13 @@ impl Round<'_> {
 
     /// Expected squared error of a pixel with enough samples: by these, and by what its neighbours say that they missed.
     fn variance(&self, pixel: &Pixel, x: u32, y: u32) -> f64 {
-        let fit = self.fit(x, y);
-        let least = if fit.same { 0.0 } else { LEAST_CONTRAST * LEAST_CONTRAST };
-        pixel.variance() + HIDDEN * fit.contrast2.max(least) / f64::from(pixel.traced()).powi(3)
+        let (fit, n) = (self.fit(x, y), f64::from(pixel.traced()));
+        let missed = match fit {
+            Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
+            Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
+            _ => 0.0,
+        };
+        pixel.variance() * (1.0 + OPTIMISM / n) + missed / (2.0 * n)
     }
 
     /// Puts a pixel into the census after its part of the round; its expected squared error.

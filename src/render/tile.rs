@@ -2,7 +2,7 @@
 
 use super::census::Census;
 use super::control::{Control, Wait};
-use super::event::{TileImage, TileStats};
+use super::event::{Cut, TileImage, TileStats};
 use super::map::{Look, Map};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
@@ -243,6 +243,14 @@ impl Tile {
         });
         let errors = errors.collect();
         (sum, errors)
+    }
+
+    /// What was not followed in its pixels.
+    pub(super) fn cut(&self) -> Cut {
+        self.pixels
+            .iter()
+            .map(Pixel::cut)
+            .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) })
     }
 
     /// The errors of all pixels by their own samples, if all have enough; and the sum of their squares.

@@ -45,3 +45,53 @@ fn above(plane: &Object, bounds: &Aabb) -> f64 {
     let height = normal.dot(centre - plane.map.forward.translation).abs();
     (height - normal.abs().dot(half)).max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::description::{ObjectDesc, SceneDesc, ShapeDesc};
+    use crate::math::SplitMix64;
+    use crate::scene::compile;
+    use glam::DVec3;
+
+    /// Turned cuboids, as far apart on the average as the horizon of their clearances, above a tilted plane.
+    #[test]
+    fn no_point_of_another_object_is_nearer_than_the_clearance() {
+        let mut random = SplitMix64(3);
+        let mut vector = |lower: f64, upper: f64| DVec3::from_array([(); 3].map(|()| random.range(lower, upper)));
+        let mut desc = SceneDesc::default();
+        let plane = ObjectDesc { rotate: DVec3::new(20.0, 0.0, 10.0), ..ObjectDesc::new(ShapeDesc::Plane) };
+        desc.objects.push(plane);
+        for _ in 0..400 {
+            let shape = ShapeDesc::Cuboid { size: vector(1e-4, 2e-3) };
+            desc.objects.push(ObjectDesc {
+                translate: vector(1.0, 1.02),
+                rotate: vector(0.0, 90.0),
+                ..ObjectDesc::new(shape)
+            });
+        }
+        let scene = compile(&desc, None).expect("the scene is right");
+        let clearances = scene.geometry.clearances();
+        let corners = |index: usize| {
+            let map = scene.objects()[index].map.forward;
+            (0..8).map(move |k| {
+                let side = |bit: u32| if k & bit == 0 { -1.0 } else { 1.0 };
+                map.transform_point3(DVec3::new(side(1), side(2), side(4)))
+            })
+        };
+        let mut clear = 0;
+        for (a, &clearance) in clearances.iter().enumerate().skip(1) {
+            clear += u32::from(clearance > 0.0);
+            let height = |p: DVec3| scene.objects()[0].map.inverse.transform_point3(p).y;
+            for p in corners(a) {
+                assert!(height(p).abs() >= clearance, "{a} and the plane");
+                for b in (1..desc.objects.len()).filter(|&b| b != a) {
+                    for q in corners(b) {
+                        assert!(p.distance(q) >= clearance, "{a} and {b}");
+                    }
+                }
+            }
+        }
+        assert_eq!(clearances[0], 0.0, "a plane has no box");
+        assert!((20..380).contains(&clear), "{clear} of 400 are clear: the test shows little");
+    }
+}

@@ -6,14 +6,14 @@ use super::{
     Assets, Camera, Geometry, Imported, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape,
     Summary, Texture,
 };
-use crate::assets::{AssetError, load_images, load_obj};
+use crate::assets::{AssetError, Model, load_images, load_obj};
 use crate::bvh::{Bvh, Isa};
 use crate::description::{
-    MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, printable,
+    MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, builtin, printable,
 };
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -107,15 +107,32 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
 /// # Panics
 /// If the processor does not have `isa`.
 pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Result<Scene, CompileError> {
+    compile_with(desc, previous, &[], isa)
+}
+
+/// [`compile_for`] the same instruction set after these files have `changed` on the disk: what was made of them is read again, and nothing else. If that
+/// fails, they still count as changed the next time.
+pub fn recompile(desc: &SceneDesc, previous: &Scene, changed: &[PathBuf]) -> Result<Scene, CompileError> {
+    compile_with(desc, Some(previous), changed, previous.isa())
+}
+
+fn compile_with(
+    desc: &SceneDesc,
+    previous: Option<&Scene>,
+    changed: &[PathBuf],
+    isa: Isa,
+) -> Result<Scene, CompileError> {
     let previous = previous.filter(|p| p.isa() == isa);
     let (width, height) = (desc.film.width, desc.film.height);
     let camera = Camera::new(&desc.camera, width, height).ok_or(CompileError::Camera)?;
     let start = Instant::now();
-    let assets = load_assets(desc, previous.map(|p| &p.assets), isa)?;
+    let assets = load_assets(desc, previous.map(|p| p.assets.without(changed)), isa)?;
     let load_time = start.elapsed().saturating_sub(assets.build_time);
     let start = Instant::now();
     let geometry = match previous {
-        Some(p) if same_places(&p.geometry.sources, &desc.objects) => p.geometry.clone(),
+        Some(p) if same_places(&p.geometry.sources, &desc.objects) && p.geometry.is_made_of(&assets.assets) => {
+            p.geometry.clone()
+        }
         _ => Arc::new(Geometry::build(&desc.objects, &assets, isa)?),
     };
     let build_time = start.elapsed() + assets.build_time;
@@ -131,6 +148,8 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         has_media: materials.iter().any(|m| m.transmit > 0.0),
         materials,
         described_materials: desc.materials.len(),
+        largest_radiance: None,
+        least_weight: 0.0,
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -141,7 +160,18 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
+    scene.largest_radiance = scene.bound_radiance();
+    scene.least_weight = scene.bound_weight();
     scene.describe(desc);
+    Ok(scene)
+}
+
+/// An empty scene that lends this mesh to scenes compiled after it, as if it had been read from `file`: how models come in
+/// that are in no file.
+pub fn lender(file: &Path, crease: f64, model: Model) -> Result<Scene, CompileError> {
+    let mut scene = compile(&SceneDesc::default(), None)?;
+    let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
+    scene.assets.meshes.insert((file.to_path_buf(), crease.to_bits()), mesh);
     Ok(scene)
 }
 
@@ -152,7 +182,7 @@ struct Loaded {
 }
 
 /// Models one after the other, each by all threads, for they may be large; then all pictures at once.
-fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<Loaded, CompileError> {
+fn load_assets(desc: &SceneDesc, previous: Option<Assets>, isa: Isa) -> Result<Loaded, CompileError> {
     let mut assets = Assets::default();
     let mut build_time = Duration::ZERO;
     for (index, object) in desc.objects.iter().enumerate() {
@@ -161,7 +191,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<
         if assets.meshes.contains_key(&key) {
             continue;
         }
-        let mesh = match previous.and_then(|p| p.meshes.get(&key)) {
+        let mesh = match previous.as_ref().and_then(|p| p.meshes.get(&key)) {
             Some(mesh) => mesh.clone(),
             None => {
                 let model = load_obj(file, *crease, threads())
@@ -189,7 +219,7 @@ fn load_assets(desc: &SceneDesc, previous: Option<&Assets>, isa: Isa) -> Result<
     let (mut seen, mut missing) = (HashSet::new(), Vec::new());
     for (material, user) in described.chain(of_meshes) {
         let Some(TextureDesc { source: TextureSource::Image { file, .. }, .. }) = &material.texture else { continue };
-        if let Some(image) = previous.and_then(|p| p.images.get(file)) {
+        if let Some(image) = previous.as_ref().and_then(|p| p.images.get(file)) {
             assets.images.insert(file.clone(), image.clone());
         } else if seen.insert(file) {
             missing.push((file, user));
@@ -249,7 +279,29 @@ fn compile_texture(desc: &TextureDesc, assets: &Assets) -> Texture {
     Texture { source, scale: desc.scale, offset: desc.offset }
 }
 
+impl Assets {
+    /// Those that none of these files is part of.
+    fn without(&self, files: &[PathBuf]) -> Self {
+        let mut kept = self.clone();
+        if !files.is_empty() {
+            kept.meshes.retain(|(file, _), mesh| {
+                !files.contains(file) && !mesh.libraries.iter().any(|library| files.contains(library))
+            });
+            kept.images.retain(|file, _| !files.contains(file));
+        }
+        kept
+    }
+}
+
 impl Geometry {
+    /// Whether its meshes are these.
+    fn is_made_of(&self, assets: &Assets) -> bool {
+        self.objects.iter().all(|object| match &object.shape {
+            Shape::Mesh(mesh) => assets.meshes.values().any(|known| Arc::ptr_eq(known, mesh)),
+            _ => true,
+        })
+    }
+
     fn build(sources: &[ObjectDesc], loaded: &Loaded, isa: Isa) -> Result<Self, CompileError> {
         let mut objects = Vec::with_capacity(sources.len());
         for (index, source) in sources.iter().enumerate().filter(|(_, source)| source.visible) {
@@ -269,7 +321,8 @@ impl Geometry {
         }
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, clearances: OnceLock::new() })
+        let spheres = objects.iter().map(Object::bounding_sphere).collect();
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, spheres, clearances: OnceLock::new() })
     }
 }
 
@@ -327,6 +380,13 @@ fn part(index: usize, name: &str) -> Part {
 }
 
 impl Scene {
+    /// The models, material libraries and pictures that it was made of.
+    pub fn files(&self) -> BTreeSet<PathBuf> {
+        let Assets { meshes, images } = &self.assets;
+        let models = meshes.iter().flat_map(|((file, _), mesh)| mesh.libraries.iter().chain([file]));
+        models.chain(images.keys()).filter(|file| builtin(file).is_none()).cloned().collect()
+    }
+
     /// Fills in the summary.
     fn describe(&mut self, desc: &SceneDesc) {
         let geometry = &self.geometry;

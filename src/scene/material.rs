@@ -48,6 +48,11 @@ impl Material {
         }
     }
 
+    /// No channel of C is above that of this colour.
+    pub fn brightest(&self) -> Rgb {
+        self.texture.as_ref().map_or(self.color, Texture::brightest)
+    }
+
     /// C at the texture coordinates `uv`, which are asked for only if there is a texture.
     pub fn color(&self, uv: impl FnOnce() -> DVec2) -> Rgb {
         self.texture.as_ref().map_or(self.color, |t| t.lookup(uv()))

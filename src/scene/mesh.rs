@@ -7,6 +7,7 @@ use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv};
 use crate::workers;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 
 /// A mesh about its own centre: its object space is the file's, moved by -`centre`.
 #[derive(Debug)]
@@ -15,6 +16,8 @@ pub struct Mesh {
     pub centre: DVec3,
     /// Materials of the file.
     pub materials: Vec<MaterialDesc>,
+    /// The material libraries that it was read with.
+    pub libraries: Vec<PathBuf>,
     /// What importing found.
     pub report: ImportReport,
     /// Enclosed volume, 0 or more.
@@ -30,7 +33,8 @@ pub struct Mesh {
 impl Mesh {
     /// Builds the tree. A mesh that is inside out as a whole is turned: its signed volume tells.
     pub fn new(model: Model, isa: Isa, threads: NonZeroUsize) -> Self {
-        let Model { centre, positions, normals, uvs, mut triangles, triangle_materials, materials, report } = model;
+        let Model { centre, positions, normals, uvs, mut triangles, triangle_materials, materials, libraries, report } =
+            model;
         let corners_of = |t: &[u32; 3]| t.map(|i| positions[i as usize]);
         let signed_volume_of = |t: &[u32; 3]| {
             let [a, b, c] = corners_of(t).map(|p| p.as_dvec3());
@@ -45,7 +49,19 @@ impl Mesh {
         }
         let tree = Triangles::build(triangles.len(), |i| corners_of(&triangles[i]), isa, threads);
         let volume = signed_volume.abs();
-        Self { centre, materials, report, volume, positions, normals, uvs, triangles, triangle_materials, tree }
+        Self {
+            centre,
+            materials,
+            libraries,
+            report,
+            volume,
+            positions,
+            normals,
+            uvs,
+            triangles,
+            triangle_materials,
+            tree,
+        }
     }
 
     /// How many triangles there are.

@@ -1,5 +1,6 @@
 //! What rays meet: indices, boxes and trees, compiled from a description.
 
+mod bound;
 mod camera;
 mod clearance;
 mod compile;
@@ -15,7 +16,7 @@ mod texture;
 mod traverse;
 
 pub use camera::Camera;
-pub use compile::{CompileError, Part, compile, compile_for};
+pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
 pub use media::MediumStack;
@@ -57,6 +58,10 @@ pub struct Scene {
     described_materials: usize,
     /// What compiling found and took.
     pub summary: Summary,
+    /// No ray sees more than this in any channel; `None` if the scene sets no such limit.
+    pub largest_radiance: Option<f64>,
+    /// Paths of less weight than this are not followed (Hall and Greenberg 1983).
+    pub least_weight: f64,
     geometry: Arc<Geometry>,
     /// Material of each `[[object]]`.
     object_materials: Vec<ObjectMaterial>,
@@ -80,6 +85,8 @@ struct Geometry {
     unbounded: Vec<u32>,
     /// How far each object is from all others, where that matters.
     clearances: OnceLock<Vec<f64>>,
+    /// Centre and radius of a sphere around each object; infinite for planes.
+    spheres: Vec<(DVec3, f64)>,
 }
 
 /// Where an object's material stands in [`Scene::materials`].

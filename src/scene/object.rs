@@ -21,6 +21,8 @@ pub struct Object {
     pub volume: f64,
     /// Bounds the error of points on the surface: `error_scale * max(|point|, reach)`.
     pub error_scale: f64,
+    /// Unit normals in world space of flat faces that look along x, y and z in object space.
+    axes: [DVec3; 3],
     /// Distance of the world's origin from the far side of the object (0 for planes).
     pub reach: f64,
 }
@@ -74,14 +76,37 @@ impl Object {
             Shape::Cuboid | Shape::Plane | Shape::Quad => 1.0,
             _ => world_from_shape.condition,
         };
+        let axes = DVec3::AXES.map(|axis| normal_of(&world_from_shape, axis));
         let mut object =
-            Self { shape, map: world_from_shape, source, volume, error_scale: ERROR * condition, reach: 0.0 };
+            Self { shape, map: world_from_shape, axes, source, volume, error_scale: ERROR * condition, reach: 0.0 };
         if let Some(bounds) = object.bounds() {
             object.reach = bounds.lower.abs().max(bounds.upper.abs()).as_dvec3().length();
         } else {
             object.reach = object.map.forward.translation.length();
         }
         object
+    }
+
+    /// The unit normal in world space where `normal` is the one in object space; most often it is that of a flat face.
+    pub fn world_normal(&self, normal: DVec3) -> DVec3 {
+        match normal.to_array() {
+            [x, 0.0, 0.0] => self.axes[0] * x,
+            [0.0, y, 0.0] => self.axes[1] * y,
+            [0.0, 0.0, z] => self.axes[2] * z,
+            _ => normal_of(&self.map, normal),
+        }
+    }
+
+    /// Centre and radius of a sphere around it in world space; infinite for planes and for meshes without triangles.
+    pub fn bounding_sphere(&self) -> (DVec3, f64) {
+        let Some(bounds) = self.bounds() else { return (DVec3::ZERO, f64::INFINITY) };
+        let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+        let around_box = (upper - lower).length() / 2.0;
+        match self.shape {
+            // Rounding of the map is covered by the factor.
+            Shape::Ball { centre, radius } => (centre, radius * 1.000_000_1),
+            _ => ((lower + upper) / 2.0, around_box * 1.000_000_1),
+        }
     }
 
     /// Its box in world space; `None` if it is infinite.
@@ -96,6 +121,10 @@ impl Object {
             Shape::Plane => return None,
         })
     }
+}
+
+fn normal_of(map: &Affine, normal: DVec3) -> DVec3 {
+    (map.normal * normal).normalize_or(DVec3::Y)
 }
 
 /// The map from a shape's canonical space to the space that its description speaks of.

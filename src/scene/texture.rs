@@ -32,6 +32,15 @@ pub enum Source {
 }
 
 impl Texture {
+    /// No channel of any colour is above that of this one.
+    pub fn brightest(&self) -> Rgb {
+        match &self.source {
+            // Codes of 8 bits.
+            Source::Image(..) => Rgb::WHITE,
+            Source::Checker { colors: [a, b], .. } => Rgb::new(a.r.max(b.r), a.g.max(b.g), a.b.max(b.b)),
+        }
+    }
+
     /// The colour at `uv`.
     pub fn lookup(&self, uv: DVec2) -> Rgb {
         let uv = uv * self.scale + self.offset;

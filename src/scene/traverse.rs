@@ -30,7 +30,8 @@ impl Object {
         }
     }
 
-    fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
+    /// Whether a world-space ray meets this object.
+    pub(super) fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.occluded::<K>(&ray.transformed(&self.map.inverse)),
             _ => self.intersect::<K>(ray, 0).is_some(),
@@ -171,7 +172,7 @@ impl Scene {
             Shape::Mesh(mesh) => mesh.surface(hit.primitive, hit.u, hit.v),
         };
         let (on_surface, geometric_normal) = on_surface.unwrap_or_else(|| {
-            let normal = (map.normal * surface.normal).normalize_or(DVec3::Y);
+            let normal = object.world_normal(surface.normal);
             (map.forward.transform_point3(surface.point), normal)
         });
         let bound = object.error_scale * on_surface.length().max(object.reach);

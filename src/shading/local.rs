@@ -35,7 +35,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8>(
         }
         for beam in lighting.beams.iter().filter(|beam| beam.part != 0.0) {
             let surface = &lighting.surfaces[beam.surface as usize];
-            let material = &scene.materials[surface.interaction.material as usize];
+            let material = &scene.materials[surface.material as usize];
             let mut response = surface.color * (material.diffuse * beam.cosine);
             if TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
                 let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
@@ -53,16 +53,16 @@ impl Lighting {
     fn gather<K: TreeKernels, const TERMS: u8>(&mut self, light: &Light) {
         self.beams.clear();
         self.shadow_rays.clear();
-        for (surface, Surface { interaction, normal, .. }) in (0..).zip(&self.surfaces) {
-            let Some(light) = light.illuminate(interaction.point) else { continue };
+        for (surface, Surface { point, shadow_start, normal, .. }) in (0..).zip(&self.surfaces) {
+            let Some(light) = light.illuminate(*point) else { continue };
             let cosine = normal.dot(light.direction);
             if cosine <= 0.0 {
                 continue;
             }
             if TERMS & terms::SHADOWS != 0 {
                 let ray = match light.position {
-                    Some(position) => interaction.shadow_ray_to::<K>(position),
-                    None => Some(interaction.shadow_ray_along::<K>(light.direction)),
+                    Some(position) => shadow_start.ray_to::<K>(position),
+                    None => Some(shadow_start.ray_along::<K>(light.direction)),
                 };
                 let Some(ray) = ray else { continue };
                 self.shadow_rays.push(ray);

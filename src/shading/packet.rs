@@ -1,6 +1,6 @@
 //! Room for packets of rays and what they meet.
 
-use crate::geometry::{Hit, Ray, SurfaceInteraction};
+use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
 use crate::scene::{MediumStack, PacketScratch};
 use glam::DVec3;
@@ -67,7 +67,10 @@ pub(super) struct Lighting {
 pub(super) struct Surface {
     /// Of the ray that meets it, in its packet.
     pub index: u32,
-    pub interaction: SurfaceInteraction,
+    /// Of the material in the scene.
+    pub material: u32,
+    pub point: DVec3,
+    pub shadow_start: ShadowStart,
     /// Unit, on the viewer's side.
     pub normal: DVec3,
     /// Unit, toward the viewer.

@@ -45,10 +45,6 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8>(
     }
 }
 
-/// Paths of less weight than this are not followed: what they bring is below the resolution of the film (Hall and
-/// Greenberg 1983 cut at a visible weight; this only keeps ray trees from growing without end).
-const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
-
 struct Tracer<'a> {
     scene: &'a Scene,
     samples: &'a mut [Sample],
@@ -103,12 +99,14 @@ impl Tracer<'_> {
     fn meet<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, index: usize, depth: u32) {
         let scene = self.scene;
         let mut ray = level.rays[index];
+        let mut beyond = None;
         let met = match level.hits[index] {
-            Some(hit) if TERMS & terms::GLASS != 0 => surface::<K>(scene, &mut ray, hit, &mut level.media[index]),
-            Some(hit) => Some((scene.interaction::<K>(&ray, &hit), None)),
-            None => None,
+            Some(hit) if TERMS & terms::GLASS != 0 => {
+                surface::<K>(scene, &mut ray, hit, &mut level.media[index], &mut beyond)
+            }
+            hit => hit.map(|hit| scene.interaction::<K>(&ray, &hit)),
         };
-        let Some((interaction, beyond)) = met else {
+        let Some(interaction) = met else {
             level.sums[index] = scene.background(ray.direction);
             return;
         };
@@ -121,7 +119,15 @@ impl Tracer<'_> {
         level.sums[index] = scene.world.ambient * color * material.ambient;
         let index = index as u32;
         if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
-            self.lighting.surfaces.push(Surface { index, interaction, normal, view: -ray.direction, color });
+            self.lighting.surfaces.push(Surface {
+                index,
+                material: interaction.material,
+                point: interaction.point,
+                shadow_start: interaction.shadow_start(),
+                normal,
+                view: -ray.direction,
+                color,
+            });
         }
         if TERMS & terms::MIRRORS == 0 || (material.reflect == 0.0 && material.transmit == 0.0) {
             return;
@@ -151,7 +157,7 @@ impl Tracer<'_> {
 
     /// Whether a path is worth following; if not, its weight is noted.
     fn worth_it(&mut self, path: &Path) -> bool {
-        let worth_it = path.weight >= NEGLIGIBLE;
+        let worth_it = path.weight >= self.scene.least_weight;
         if !worth_it {
             self.samples[path.sample as usize].cut += path.weight;
         }
@@ -159,27 +165,31 @@ impl Tracer<'_> {
     }
 }
 
-/// The surface that a ray ends on, past those that change nothing, and the media behind it, if light gets there. `ray` and
-/// `media` are brought to where the ray arrives at it.
+/// The surface that a ray ends on, past those that change nothing; `beyond` gets the media behind it, if light gets there. `ray`
+/// and `media` are brought to where the ray arrives at it.
 fn surface<K: TreeKernels>(
     scene: &Scene,
     ray: &mut Ray,
     mut hit: Hit,
     media: &mut MediumStack,
-) -> Option<(SurfaceInteraction, Option<MediumStack>)> {
+    beyond: &mut Option<MediumStack>,
+) -> Option<SurfaceInteraction> {
     loop {
         let interaction = scene.interaction::<K>(ray, &hit);
         if scene.materials[interaction.material as usize].transmit == 0.0 {
-            return Some((interaction, None));
+            return Some(interaction);
         }
         let slack = slack(ray, &hit, &interaction);
         match cross::<K>(scene, ray, &hit, &interaction, media, slack) {
-            Crossing::Opaque(hit) => return Some((scene.interaction::<K>(ray, &hit), None)),
-            Crossing::Surface(beyond, _) => return Some((interaction, Some(beyond))),
-            Crossing::Nothing(beyond) => {
+            Crossing::Opaque(hit) => return Some(scene.interaction::<K>(ray, &hit)),
+            Crossing::Surface(behind, _) => {
+                *beyond = Some(behind);
+                return Some(interaction);
+            }
+            Crossing::Nothing(behind) => {
                 // On with the same ray: nothing is computed anew.
                 ray.t_min = hit.t + slack;
-                *media = beyond;
+                *media = behind;
                 hit = scene.intersect::<K>(ray)?;
             }
         }

@@ -73,6 +73,13 @@ struct Wrong {
     distance: Option<f64>,
 }
 
+/// A setting and what came of it.
+struct Measured {
+    setting: Setting,
+    runs: Vec<Timed<()>>,
+    wrong: Wrong,
+}
+
 /// Traces primary, shadow, mirrored and random rays of the scene with one thread, and builds the trees of its meshes again, in
 /// interleaved rounds after one that is not kept.
 pub fn kernel(
@@ -97,10 +104,10 @@ pub fn kernel(
         scenes.push(compile_for(desc, None, *isa)?);
     }
     let sets = ray_sets(&scenes[0], options.rays);
-    let (settings, runs, wrong) = trace_all(&scenes, &sets, options, clock, console)?;
+    let measured = trace_all(&scenes, &sets, options, clock, console)?;
     let columns = ["kind", "numerics", "mode", "isa", "round", "count", "time (s)", "a second"];
     report.samples = Table::new("", &columns);
-    tell_rays(&mut report, &scenes, &sets, &settings, &runs, &wrong);
+    tell_rays(&mut report, &scenes, &sets, &measured);
     let meshes = meshes(&scenes[0]);
     if !meshes.is_empty() {
         build_all(&mut report, &meshes, options, clock, console)?;
@@ -121,7 +128,7 @@ fn trace_all(
     options: &KernelOptions,
     clock: &impl Clock,
     console: &Console,
-) -> Result<(Vec<Setting>, Vec<Vec<Timed<()>>>, Vec<Wrong>), StudyError> {
+) -> Result<Vec<Measured>, StudyError> {
     let mut settings = Vec::new();
     for set in 0..sets.len() {
         for isa in 0..scenes.len() {
@@ -159,7 +166,8 @@ fn trace_all(
         run(&settings[index], &mut found);
         Ok::<_, StudyError>(())
     })?;
-    Ok((settings, runs, wrong))
+    let measured = settings.into_iter().zip(runs).zip(wrong);
+    Ok(measured.map(|((setting, runs), wrong)| Measured { setting, runs, wrong }).collect())
 }
 
 fn trace<K: TreeKernels>(scene: &Scene, set: &RaySet, packets: bool, found: &mut Found, scratch: &mut PacketScratch) {
@@ -232,8 +240,8 @@ fn ray_sets(scene: &Scene, count: usize) -> Vec<RaySet> {
             && light.direction.dot(normal) > 0.0
         {
             shadow.extend(match light.position {
-                Some(position) => at.shadow_ray_to::<Fast>(position),
-                None => Some(at.shadow_ray_along::<Fast>(light.direction)),
+                Some(position) => at.shadow_start().ray_to::<Fast>(position),
+                None => Some(at.shadow_start().ray_along::<Fast>(light.direction)),
             });
         }
         mirrored.push(at.spawn_ray::<Fast>(reflect(ray.direction, shading, normal)));
@@ -258,18 +266,11 @@ fn diffuse(normal: DVec3, rng: &mut SplitMix64) -> DVec3 {
     (normal + DVec3::new(r * cos, r * sin, z)).normalize_or(normal)
 }
 
-fn tell_rays(
-    report: &mut Report,
-    scenes: &[Scene],
-    sets: &[RaySet],
-    settings: &[Setting],
-    runs: &[Vec<Timed<()>>],
-    wrong: &[Wrong],
-) {
+fn tell_rays(report: &mut Report, scenes: &[Scene], sets: &[RaySet], measured: &[Measured]) {
     let columns = ["rays", "numerics", "mode", "isa", "Mrays/s", "±", "best", "ns a ray", "other hits", "largest dt/t"];
     let mut table = Table::new("Rays a second", &columns);
     let mut summary = Vec::new();
-    for ((setting, runs), wrong) in settings.iter().zip(runs).zip(wrong) {
+    for Measured { setting, runs, wrong } in measured {
         let set = &sets[setting.set];
         let (kind, numerics, isa) = (set.kind, setting.numerics.name(), scenes[setting.isa].isa().name());
         let mode = if setting.packets { "packet" } else { "single" };

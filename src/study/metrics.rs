@@ -81,7 +81,7 @@ pub fn error_map(a: &Film, b: &Film) -> Vec<u8> {
 
 /// The 8-bit code of a linear value before it is rounded.
 fn code(linear: f64) -> f64 {
-    255.0 * linear_to_srgb(linear.clamp(0.0, 1.0))
+    255.0 * linear_to_srgb(linear)
 }
 
 #[cfg(test)]

@@ -231,19 +231,12 @@ fn speedups(lines: &[Line], processors: usize, cpu: &str) -> Chart {
 
 /// A strip for each thread: when it worked on a tile, coloured by pass.
 fn gantt(run: &Run, cpu: &str) -> Chart {
-    let kinds = [
-        "first sample, coarse to fine",
-        "samples 2 to 4",
-        "samples 5 to 16",
-        "samples from 17 on",
-        "where the picture is wrong",
-    ];
+    let kinds = ["first sample, coarse to fine", "samples 2 to 4", "samples 5 to 16", "more samples"];
     let kind = |pass: Pass| match pass {
         Pass::Refine { to, .. } if to <= 4 => 1,
         Pass::Refine { to, .. } if to <= 16 => 2,
-        Pass::Refine { .. } => 3,
+        Pass::Refine { .. } | Pass::Adapt { .. } => 3,
         Pass::Lattice { .. } => 0,
-        Pass::Adapt { .. } => 4,
     };
     let spans = |index: usize| -> Vec<Span> {
         let of_kind = run.tiles.iter().filter(|tile| kind(tile.pass) == index);

@@ -71,6 +71,29 @@ pub fn widen(camera: &mut CameraDesc, factor: f64) {
     }
 }
 
+/// Looks from the same side at a ball, which then fills the view. `aspect`: width of the picture by its height.
+pub fn frame(camera: &mut CameraDesc, aspect: f64, centre: DVec3, radius: f64) {
+    /// Air around the ball.
+    const MARGIN: f64 = 1.1;
+    let [forward, ..] = axes(camera);
+    let distance = camera.position.distance(camera.look_at);
+    let radius = if radius > 0.0 { (radius * MARGIN).clamp(*LENGTH.start(), *LENGTH.end()) } else { distance / 4.0 };
+    let distance = match &mut camera.projection {
+        Projection::Perspective { fov } => {
+            let half = (fov.to_radians() / 2.0).tan() * aspect.min(1.0);
+            radius / half.atan().sin()
+        }
+        Projection::Orthographic { view_height } => {
+            *view_height = (2.0 * radius / aspect.min(1.0)).clamp(*LENGTH.start(), *LENGTH.end());
+            distance.max(2.0 * radius)
+        }
+    };
+    let distance = distance.clamp(*LENGTH.start(), *LENGTH.end());
+    if (centre.abs().max_element()) <= *LENGTH.end() {
+        (camera.look_at, camera.position) = (centre, centre - forward * distance);
+    }
+}
+
 fn scale_height(height: &mut f64, factor: f64) {
     *height = (*height * factor).clamp(*LENGTH.start(), *LENGTH.end());
 }
@@ -149,6 +172,29 @@ mod tests {
             CameraDesc { projection: Projection::Orthographic { view_height: 2.0 }, ..CameraDesc::default() };
         dolly(&mut camera, 0.5);
         assert_eq!(camera.projection, Projection::Orthographic { view_height: 1.0 });
+    }
+
+    #[test]
+    fn a_framed_ball_touches_the_nearer_edges_of_the_view_but_for_a_margin() {
+        for (aspect, projection) in [
+            (16.0 / 9.0, Projection::Perspective { fov: 40.0 }),
+            (0.5, Projection::Perspective { fov: 70.0 }),
+            (0.5, Projection::Orthographic { view_height: 77.0 }),
+        ] {
+            let start = CameraDesc { projection, ..CameraDesc::default() };
+            let mut camera = start;
+            let centre = DVec3::new(1.0, -2.0, 3.0);
+            frame(&mut camera, aspect, centre, 2.0);
+            assert_eq!(camera.look_at, centre);
+            assert!(axes(&camera)[0].abs_diff_eq(axes(&start)[0], 1e-12));
+            match camera.projection {
+                Projection::Perspective { fov } => {
+                    let half = ((fov.to_radians() / 2.0).tan() * aspect.min(1.0)).atan();
+                    near((2.2 / camera.position.distance(centre)).asin(), half);
+                }
+                Projection::Orthographic { view_height } => near(view_height * aspect, 4.4),
+            }
+        }
     }
 
     #[test]

@@ -62,9 +62,12 @@ impl ColorMode {
             (Role::Strong, _) => plain.add_modifier(Modifier::BOLD),
             (Role::Dim, Self::None) => plain.add_modifier(Modifier::DIM),
             (Role::Key | Role::Bar | Role::Good, Self::None) => plain,
-            (Role::Bad, Self::None) => plain.add_modifier(Modifier::REVERSED),
+            (Role::Bad | Role::Cursor, Self::None) => plain.add_modifier(Modifier::REVERSED),
+            (Role::Mark, Self::None) => plain.add_modifier(Modifier::BOLD),
             (Role::Dim, _) => color([128, 132, 140]),
-            (Role::Key | Role::Bar, _) => color([214, 142, 48]),
+            (Role::Key | Role::Bar | Role::Mark, _) => color([214, 142, 48]),
+            // Light on dark whatever the user's own ground is.
+            (Role::Cursor, _) => Style::new().fg(self.color([250, 250, 250])).bg(self.color([58, 96, 140])),
             (Role::Good, _) => color([72, 160, 100]),
             (Role::Bad, _) => color([220, 80, 76]).add_modifier(Modifier::BOLD),
         }
@@ -84,6 +87,10 @@ pub enum Role {
     Key,
     /// Filled part of a bar.
     Bar,
+    /// The row that has the keys.
+    Cursor,
+    /// What is selected.
+    Mark,
     /// What went well.
     Good,
     /// What went wrong.

@@ -1,24 +1,60 @@
-//! What keys mean: one table that feeds dispatch, the help screen and the README.
+//! What a person can ask for, and where its keys hold.
 
-use super::key::{Code, Key};
+use super::key::Key;
 
 /// What the user wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Leave.
+    /// Leave; asks about changes that are not saved.
     Quit,
+    /// Show or hide the help screen.
+    ToggleHelp,
+    /// Find a command by its name.
+    OpenPalette,
+    /// The next (1) or the previous (-1) part of the screen gets the keys.
+    Focus(i8),
+    /// Show or hide the tree and the properties.
+    TogglePanel,
+    /// Show or hide the numbers.
+    ToggleNumbers,
+    /// Take the last change back.
+    Undo,
+    /// Do again what was taken back.
+    Redo,
+    /// Write the scene to its file.
+    SaveScene,
+    /// Write the scene to a file to be named.
+    SaveSceneAs,
+    /// Write the PNG as the picture is now.
+    SaveImage,
     /// Stop the workers, or let them go on.
     TogglePause,
     /// Render from the beginning.
     Restart,
-    /// Write the PNG as the picture is now.
-    SaveImage,
-    /// Show or hide the help screen.
-    ToggleHelp,
-    /// Stop the program and return to the shell, until `fg`.
-    Suspend,
     /// Send the whole screen again.
     Redraw,
+    /// Stop the program and return to the shell, until `fg`.
+    Suspend,
+    /// Open the menu of things to add.
+    Add,
+    /// Move, turn or scale the selection.
+    Transform(Motion),
+    /// Hide or show the selection.
+    ToggleHidden,
+    /// Give the selected thing another name.
+    Rename,
+    /// A copy of each selected thing.
+    Duplicate,
+    /// Remove the selection.
+    Delete,
+    /// Move the selected thing in its list: steps down.
+    Reorder(i8),
+    /// Choose the colour of the selection.
+    EditColor,
+    /// Choose the texture of the selection.
+    EditTexture,
+    /// Move a cursor over the picture to pick with.
+    PickMode,
     /// Move the eye about the point looked at: steps to the right, and upward.
     Orbit(i8, i8),
     /// Move eye and point looked at: steps to the right, and upward.
@@ -29,201 +65,156 @@ pub enum Command {
     Widen(i8),
     /// Back to the camera of the scene file.
     ResetCamera,
+    /// The selection fills the view.
+    Frame,
+    /// Keep the camera under a digit.
+    StoreView,
+    /// The camera that was kept under a digit.
+    RecallView(u8),
     /// Samples a pixel: doublings.
     Samples(i8),
+    /// Samples where the error is, or the same everywhere.
+    ToggleAdaptive,
+    /// Show or hide the chart of the error.
+    ToggleChart,
     /// Reflections and refractions along a path: how many more.
     Depth(i8),
     /// The next lighting model.
     CycleShading,
+    /// So many more threads.
+    Threads(i8),
     /// Steps larger.
     Zoom(i8),
     /// Show the whole picture.
     Fit,
     /// Move what is shown of a zoomed picture: steps to the right, and downward.
     Shift(i8, i8),
+    /// Search the tree.
+    Filter,
+    /// Mark or unmark the row of the tree.
+    Mark,
+    /// Mark rows while moving: steps down.
+    Extend(i8),
+    /// Move in a list: rows down.
+    Step(i8),
+    /// Move in a list: screens down.
+    Page(i8),
+    /// To the beginning (-1) or the end (1) of a list.
+    Ends(i8),
+    /// To the right (1) or to the left (-1): nudge a value, move a cursor.
+    Turn(i8),
+    /// The same by a large step.
+    TurnFar(i8),
+    /// Up or down by a large step.
+    StepFar(i8),
+    /// Yes; enter; take this.
+    Accept,
+    /// No; back; leave everything as it was.
+    Cancel,
+    /// Back to the value that it has where nothing is written.
+    Reset,
+    /// Along which axis.
+    Axis(u8),
+    /// The axes of the world, or those of the view.
+    ToggleViewAxes,
 }
 
-/// When a binding holds.
+/// Ways to transform objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum When {
-    /// Always.
-    Always,
-    /// While the whole picture is in view.
-    Fitted,
-    /// While a part of the picture is in view.
-    Zoomed,
+pub enum Motion {
+    /// Translation.
+    Move,
+    /// Rotation.
+    Rotate,
+    /// Scaling.
+    Scale,
 }
 
-/// One line of the help screen: keys that belong together, and the command of each.
+/// Where a key has its meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Scope {
+    /// Whatever is open.
+    Anywhere,
+    /// On the screen, whatever part has the keys; no dialog is open.
+    Screen,
+    /// The picture has the keys.
+    Picture,
+    /// The picture has the keys, and all of it is in view.
+    Fitted,
+    /// The picture has the keys, and a part of it is in view.
+    Zoomed,
+    /// The tree has the keys.
+    Tree,
+    /// The properties have the keys.
+    Properties,
+    /// The selection is being moved, turned or scaled.
+    Transform,
+    /// A cursor is on the picture.
+    Pick,
+    /// A dialog is open. Characters without a meaning are typed.
+    Dialog,
+}
+
+impl Scope {
+    /// When its keys hold, for people; empty: always.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Anywhere | Self::Screen => "",
+            Self::Picture => "in the picture",
+            Self::Fitted => "in the picture, not zoomed",
+            Self::Zoomed => "in the picture, zoomed",
+            Self::Tree => "in the tree",
+            Self::Properties => "in the properties",
+            Self::Transform => "while moving, turning, scaling",
+            Self::Pick => "while picking",
+            Self::Dialog => "in dialogs",
+        }
+    }
+
+    /// Scopes whose keys hold at the same time as those of this one, itself first.
+    pub fn open(self) -> &'static [Self] {
+        match self {
+            Self::Fitted => &[Self::Fitted, Self::Picture, Self::Screen, Self::Anywhere],
+            Self::Zoomed => &[Self::Zoomed, Self::Picture, Self::Screen, Self::Anywhere],
+            Self::Picture => &[Self::Picture, Self::Screen, Self::Anywhere],
+            Self::Tree => &[Self::Tree, Self::Screen, Self::Anywhere],
+            Self::Properties => &[Self::Properties, Self::Screen, Self::Anywhere],
+            Self::Transform => &[Self::Transform, Self::Anywhere],
+            Self::Pick => &[Self::Pick, Self::Anywhere],
+            Self::Dialog => &[Self::Dialog, Self::Anywhere],
+            Self::Screen => &[Self::Screen, Self::Anywhere],
+            Self::Anywhere => &[Self::Anywhere],
+        }
+    }
+}
+
+/// A command with its name and its keys.
+#[derive(Clone, Copy, Debug)]
+pub struct Action {
+    /// What it does: the line of the palette; with `-` for spaces, its name in the configuration file.
+    pub title: &'static str,
+    /// What is done.
+    pub command: Command,
+    /// The first one is the one that the screen names.
+    pub keys: &'static [Key],
+}
+
+/// One line of the help screen: actions that belong together.
 #[derive(Clone, Copy, Debug)]
 pub struct Binding {
     /// Heading it stands under.
     pub group: &'static str,
-    /// Keys in the order in which they are listed.
-    pub keys: &'static [(Key, Command)],
-    /// What they do, for people.
+    /// Where its keys hold.
+    pub scope: Scope,
+    /// What its keys do, for people.
     pub help: &'static str,
-    /// When they do it.
-    pub when: When,
+    /// In the order in which their keys are listed.
+    pub actions: &'static [Action],
 }
 
-use Command::*;
-
-/// Every binding. All keys are such as terminals have sent for decades, and none that tmux, screen or zellij take.
-pub const BINDINGS: &[Binding] = &[
-    always("General", &[(Key::char('q'), Quit), (Key::ctrl('c'), Quit)], "quit"),
-    always("General", &[(Key::char(' '), TogglePause)], "pause, go on"),
-    always("General", &[(Key::char('r'), Restart)], "render again"),
-    always("General", &[(Key::char('s'), SaveImage)], "save the PNG now"),
-    always("General", &[(Key::char('?'), ToggleHelp)], "show or hide the keys"),
-    always("General", &[(Key::ctrl('l'), Redraw)], "draw the screen again"),
-    always("General", &[(Key::ctrl('z'), Suspend)], "to the shell; fg returns"),
-    Binding {
-        when: When::Fitted,
-        ..always(
-            "Camera",
-            &[
-                (Key::plain(Code::Left), Orbit(-1, 0)),
-                (Key::plain(Code::Down), Orbit(0, -1)),
-                (Key::plain(Code::Up), Orbit(0, 1)),
-                (Key::plain(Code::Right), Orbit(1, 0)),
-            ],
-            "orbit",
-        )
-    },
-    always(
-        "Camera",
-        &[
-            (Key::char('h'), Orbit(-1, 0)),
-            (Key::char('j'), Orbit(0, -1)),
-            (Key::char('k'), Orbit(0, 1)),
-            (Key::char('l'), Orbit(1, 0)),
-        ],
-        "orbit",
-    ),
-    always(
-        "Camera",
-        &[
-            (Key::char('H'), Pan(-1, 0)),
-            (Key::char('J'), Pan(0, -1)),
-            (Key::char('K'), Pan(0, 1)),
-            (Key::char('L'), Pan(1, 0)),
-        ],
-        "pan",
-    ),
-    always(
-        "Camera",
-        &[
-            (Key::shift(Code::Left), Pan(-1, 0)),
-            (Key::shift(Code::Down), Pan(0, -1)),
-            (Key::shift(Code::Up), Pan(0, 1)),
-            (Key::shift(Code::Right), Pan(1, 0)),
-        ],
-        "pan",
-    ),
-    always("Camera", &[(Key::char('i'), Dolly(1)), (Key::char('o'), Dolly(-1))], "move in, out"),
-    always("Camera", &[(Key::char('f'), Widen(-1)), (Key::char('F'), Widen(1))], "narrower, wider view"),
-    always("Camera", &[(Key::char('c'), ResetCamera)], "the scene's own camera"),
-    always("Render", &[(Key::char('n'), Samples(1)), (Key::char('N'), Samples(-1))], "twice, half the samples"),
-    always("Render", &[(Key::char('d'), Depth(1)), (Key::char('D'), Depth(-1))], "depth up, down"),
-    always("Render", &[(Key::char('m'), CycleShading)], "next lighting model"),
-    always(
-        "Preview",
-        &[(Key::char('+'), Zoom(1)), (Key::char('='), Zoom(1)), (Key::char('-'), Zoom(-1))],
-        "larger, smaller",
-    ),
-    always("Preview", &[(Key::char('0'), Fit)], "the whole picture"),
-    Binding {
-        when: When::Zoomed,
-        ..always(
-            "Preview",
-            &[
-                (Key::plain(Code::Left), Shift(-1, 0)),
-                (Key::plain(Code::Down), Shift(0, 1)),
-                (Key::plain(Code::Up), Shift(0, -1)),
-                (Key::plain(Code::Right), Shift(1, 0)),
-            ],
-            "move",
-        )
-    },
-];
-
-const fn always(group: &'static str, keys: &'static [(Key, Command)], help: &'static str) -> Binding {
-    Binding { group, keys, help, when: When::Always }
-}
-
-impl Binding {
-    /// Its keys as text: `q Ctrl-C`, `h j k l`, `Shift-←↓↑→`.
-    pub fn keys_text(&self) -> String {
-        if self.keys.iter().all(|(key, _)| key.shift) {
-            let arrows = self.keys.iter().map(|(key, _)| Key::plain(key.code).to_string());
-            return format!("Shift-{}", arrows.collect::<String>());
-        }
-        self.keys.iter().map(|(key, _)| key.to_string()).collect::<Vec<_>>().join(" ")
-    }
-
-    /// What it does and when, as text.
-    pub fn help_text(&self) -> String {
-        match self.when {
-            When::Always => self.help.to_string(),
-            When::Fitted => format!("{} (if not zoomed)", self.help),
-            When::Zoomed => format!("{} (if zoomed)", self.help),
-        }
-    }
-}
-
-/// What `key` means now.
-pub fn command_for(key: Key, zoomed: bool) -> Option<Command> {
-    let holds = |when| match when {
-        When::Always => true,
-        When::Fitted => !zoomed,
-        When::Zoomed => zoomed,
-    };
-    let candidates = BINDINGS.iter().filter(|binding| holds(binding.when));
-    candidates.flat_map(|binding| binding.keys).find(|(bound, _)| *bound == key).map(|(_, command)| *command)
-}
-
-/// The key of `command` that is listed first: what the status line names.
-pub fn key_of(command: Command) -> String {
-    let all = BINDINGS.iter().flat_map(|binding| binding.keys);
-    all.clone().find(|(_, bound)| *bound == command).map(|(key, _)| key.to_string()).unwrap_or_default()
-}
-
-/// The table as Markdown: what the README holds.
-pub fn markdown() -> String {
-    let mut text = String::from("| | Keys | What they do |\n|---|---|---|\n");
-    let mut group = "";
-    for binding in BINDINGS {
-        let heading = if binding.group == group { "" } else { binding.group };
-        group = binding.group;
-        let keys = binding.keys.iter().map(|(key, _)| format!("`{key}`")).collect::<Vec<_>>().join(" ");
-        text += &format!("| {heading} | {keys} | {} |\n", binding.help_text());
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_key_means_two_things_at_once() {
-        for zoomed in [false, true] {
-            for (key, command) in BINDINGS.iter().filter(|b| b.when == When::Always).flat_map(|b| b.keys) {
-                assert_eq!(command_for(*key, zoomed), Some(*command), "{key}");
-            }
-        }
-        assert_eq!(command_for(Key::plain(Code::Left), false), Some(Orbit(-1, 0)));
-        assert_eq!(command_for(Key::plain(Code::Left), true), Some(Shift(-1, 0)));
-    }
-
-    #[test]
-    fn no_binding_needs_more_than_a_legacy_terminal_or_what_multiplexers_take() {
-        for (key, _) in BINDINGS.iter().flat_map(|binding| binding.keys) {
-            let taken = ['a', 'b', 'g', 'h', 'n', 'o', 'p', 'q', 's', 't', 'i', 'j', 'm'].map(Key::ctrl);
-            assert!(!taken.contains(key) && !key.alt && key.code != Code::Other, "{key}");
-            // Escape cannot be told from the beginning of a split sequence.
-            assert!(key.code != Code::Escape, "{key}");
-        }
+impl Action {
+    /// Its name in the configuration file: `save-scene-as`.
+    pub fn name(&self) -> String {
+        self.title.replace(' ', "-")
     }
 }

@@ -1,7 +1,7 @@
 //! Threads that wait for keys, signals and changes of size, and tell the interface.
 
+use super::decode::{Decoder, Input};
 use super::event::Event;
-use super::key::{Decoder, Input};
 use super::writer::Mailbox;
 use crossbeam_channel::Sender;
 use std::io;
@@ -16,6 +16,8 @@ pub use elsewhere::{input, signals};
 fn deliver(inputs: impl IntoIterator<Item = Input>, events: &Sender<Event>, mailbox: &Mailbox) -> bool {
     inputs.into_iter().all(|input| match input {
         Input::Key(key) => events.send(Event::Key(key)).is_ok(),
+        Input::Mouse(mouse) => events.send(Event::Mouse(mouse)).is_ok(),
+        Input::Pasted(text) => events.send(Event::Pasted(text)).is_ok(),
         Input::CursorColumn(column) => {
             mailbox.answer(column);
             true
@@ -122,6 +124,13 @@ mod elsewhere {
                         KeyCode::Right => Code::Right,
                         KeyCode::Enter => Code::Enter,
                         KeyCode::Esc => Code::Escape,
+                        KeyCode::Tab | KeyCode::BackTab => Code::Tab,
+                        KeyCode::Backspace => Code::Backspace,
+                        KeyCode::Delete => Code::Delete,
+                        KeyCode::Home => Code::Home,
+                        KeyCode::End => Code::End,
+                        KeyCode::PageUp => Code::PageUp,
+                        KeyCode::PageDown => Code::PageDown,
                         _ => Code::Other,
                     };
                     let held = |modifier| key.modifiers.contains(modifier);

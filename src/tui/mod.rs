@@ -6,29 +6,48 @@
 //!                             view --Frame--> mailbox --> writer thread --chunks--> terminal
 //! ```
 //!
-//! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it; [`command`] is the one
-//! table of keys. [`writer`] sends what differs, at the pace that `pacer` learns from the terminal's answers.
-//! `terminal` holds the modes, `session` ties all together.
+//! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it. [`editor`] is what is
+//! edited, with its history; [`tree`] and [`properties`] show it, [`dialog`] holds the boxes over the screen.
+//! [`bindings`] is the one table of commands and keys, [`keymap`] that table as the user's own file changes it. [`writer`]
+//! sends what differs, at the pace that `pacer` learns from the terminal's answers; `errands` asks the disk. `terminal`
+//! holds the modes, `session` ties all together.
 
 pub mod app;
+pub mod bindings;
 pub mod camera;
+mod chart;
 pub mod color;
 pub mod command;
-mod edit;
+pub mod decode;
+pub mod dialog;
+pub mod editor;
 mod encode;
+mod errands;
 pub mod event;
+pub mod field;
 mod format;
 pub mod key;
+pub mod keymap;
 pub mod layout;
 mod listen;
 pub mod numbers;
 mod pacer;
 mod panel;
 pub mod preview;
+pub mod properties;
 mod session;
+pub mod side;
+mod status;
 mod terminal;
+pub mod transform;
+pub mod tree;
 pub mod view;
+pub mod watch;
+mod widget;
 pub mod writer;
+
+pub use editor::FileText;
+pub use keymap::Keymap;
 
 use crate::bvh::Isa;
 use crate::description::SceneDesc;
@@ -47,6 +66,12 @@ pub struct Options {
     pub desc: SceneDesc,
     /// What was compiled before and shares models with it, so that they are not read again.
     pub compiled: Option<Arc<Scene>>,
+    /// The file that the scene was read from; `None` for a model.
+    pub source: Option<FileText>,
+    /// Where models and pictures are looked for first, absolute.
+    pub directory: PathBuf,
+    /// What each key means.
+    pub keymap: Keymap,
     /// What the scene is called: a file stem or `demo`.
     pub scene_name: String,
     /// Where finished pictures go (`<scene>.png` if the user did not say).

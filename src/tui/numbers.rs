@@ -28,6 +28,12 @@ pub struct Numbers {
     pub first_picture: Option<Duration>,
     /// Rays so far.
     pub rays: RayCounts,
+    /// Estimated error, 8-bit codes.
+    pub error: Option<f64>,
+    /// The error that ends the render.
+    pub target: Option<f64>,
+    /// Time in seconds and estimated error.
+    pub error_history: Vec<(f64, f64)>,
     /// Samples left out.
     pub non_finite: u64,
     /// One entry a worker.
@@ -48,6 +54,9 @@ impl Numbers {
             pass_number: (progress.pass_number, progress.passes_total),
             first_picture: progress.first_picture,
             rays: progress.rays,
+            error: progress.error(),
+            target: progress.target().filter(|target| *target > 0.0),
+            error_history: progress.error_history().iter().map(|(time, error)| (time.as_secs_f64(), *error)).collect(),
             non_finite: progress.non_finite,
             workers: progress.workers.clone(),
         }

@@ -59,6 +59,7 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         lines.push(row(&format!("pass {}", pass_count(numbers)), pass_text(numbers.pass)));
         lines.push(row("elapsed", time(numbers.elapsed)));
         lines.push(row("left", left_text(app, numbers)));
+        lines.push(row("error", error_text(numbers)));
         lines.push(row("first picture", numbers.first_picture.map_or("      –".into(), time)));
         lines.push(Line::default());
         lines.push(heading(mode, "Rays", format!("{}/s", si(numbers.rate(numbers.rays.total()))), width));
@@ -124,8 +125,11 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
     let mut lines = vec![Line::from(title)];
     lines[0].push_span(Span::styled("─".repeat(rest), mode.style(Role::Dim)));
     if let Some(numbers) = app.numbers() {
-        let pass = format!("   pass {}", pass_count(numbers));
-        let mut line = progress_bar(mode, numbers, width.saturating_sub(pass.len()));
+        let pass = match numbers.error {
+            Some(_) => format!("   error {}", error_text(numbers)),
+            None => format!("   pass {}", pass_count(numbers)),
+        };
+        let mut line = progress_bar(mode, numbers, width.saturating_sub(Span::raw(&pass).width()));
         line.push_span(Span::styled(pass, mode.style(Role::Dim)));
         lines.push(line);
         let label = |text: &'static str| Span::styled(text, mode.style(Role::Dim));
@@ -174,6 +178,12 @@ fn progress_bar(mode: ColorMode, numbers: &Numbers, width: usize) -> Line<'stati
     let mut spans = bar(mode, part, width.saturating_sub(7)).to_vec();
     spans.push(Span::styled(format!("  {:>3} %", numbers.percent), mode.style(Role::Strong)));
     Line::from(spans)
+}
+
+/// "0.72 → 0.50": how wrong the picture is, in 8-bit codes, and how wrong it may be.
+fn error_text(numbers: &Numbers) -> String {
+    let error = numbers.error.map_or("–".into(), |error| format!("{error:.2}"));
+    numbers.target.map_or(error.clone(), |target| format!("{error} → {target:.2}"))
 }
 
 fn pass_count(numbers: &Numbers) -> String {

@@ -171,6 +171,30 @@ impl Preview {
         self.lay_out();
     }
 
+    /// The film pixel in the middle of the preview pixel (x, y) of the area, two rows of which are a row of cells; `None`
+    /// beside the picture.
+    pub fn film_pixel(&self, x: usize, y: usize) -> Option<(u32, u32)> {
+        let middle = |axis: &Axis, at: usize| {
+            let footprint = axis.boxes.get(at.checked_sub(axis.margin)?)?;
+            Some(((footprint.first + footprint.last) / 2) as u32)
+        };
+        Some((middle(&self.across, x)?, middle(&self.down, y)?))
+    }
+
+    /// The preview pixel of the picture that is nearest to (x, y); `None` if there is no picture.
+    pub fn nearest(&self, x: usize, y: usize) -> Option<(usize, usize)> {
+        let clamp = |axis: &Axis, at: usize| {
+            let last = (axis.margin + axis.boxes.len()).checked_sub(1).filter(|_| !axis.boxes.is_empty())?;
+            Some(at.clamp(axis.margin, last))
+        };
+        Some((clamp(&self.across, x)?, clamp(&self.down, y)?))
+    }
+
+    /// Size of the area in preview pixels.
+    pub fn pixels(&self) -> (usize, usize) {
+        (self.area.0.into(), 2 * usize::from(self.area.1))
+    }
+
     /// Film pixels a preview pixel, with the whole picture in view.
     fn fitted_step(&self) -> f64 {
         let across = f64::from(self.film.0) / f64::from(self.area.0.max(1));

@@ -2,21 +2,26 @@
 
 use super::app::App;
 use super::color::ColorMode;
+use super::errands::{Errand, Errands};
 use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
 use super::view::view;
+use super::watch::{INTERVAL, watch};
 use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
 use crate::bvh::Isa;
 use crate::output::save_png;
 use crate::render::{Film, RenderHandle, Settings, start};
-use crate::scene::compile_for;
+use crate::scene::{compile_for, recompile};
 use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use std::any::Any;
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -38,6 +43,9 @@ struct Session {
     mailbox: Mailbox,
     guard: Guard,
     saver: Saver,
+    errands: Errands,
+    /// To the thread that watches them.
+    watched: Sender<BTreeSet<PathBuf>>,
     /// When the next frame is due.
     frame_due: Option<Instant>,
     last_frame: Instant,
@@ -53,6 +61,11 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
+    }
+    app.set_keymap(options.keymap);
+    app.set_directory(options.directory);
+    if let Some(source) = options.source {
+        app.set_source(source);
     }
     let events = unbounded();
     let mailbox = Mailbox::default();
@@ -80,6 +93,13 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     })
     .map_err(Error::Broken)?;
     let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
+    let (watched, watch_list) = unbounded();
+    spawn("watched files", &events.0, {
+        let events = events.0.clone();
+        move || watch(&watch_list, INTERVAL, |changed| events.send(Event::FilesChanged(changed)).is_ok())
+    })
+    .map_err(Error::Broken)?;
+    let errands = Errands::start(&events.0).map_err(Error::Broken)?;
     let settings = Settings { threads, ..Settings::default() };
     let now = Instant::now();
     let session = Session {
@@ -91,6 +111,8 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         mailbox,
         guard,
         saver,
+        errands,
+        watched,
         frame_due: Some(now),
         last_frame: now,
         fresh: true,
@@ -101,17 +123,23 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
 impl Session {
     fn run(mut self) -> Result<Outcome, Error> {
         while self.app.exit().is_none() {
-            if let Some((desc, previous)) = self.app.begin_compile() {
+            if let Some((desc, previous, changed)) = self.app.begin_compile() {
                 // Its workers make room at once; its picture stays.
                 self.render = None;
                 let (isa, events) = (self.isa, self.events.0.clone());
                 let begun = spawn("compiler", &self.events.0, move || {
-                    let compiled = compile_for(&desc, previous.as_deref(), isa);
+                    let compiled = match previous.as_deref() {
+                        Some(previous) if !changed.is_empty() => recompile(&desc, previous, &changed),
+                        previous => compile_for(&desc, previous, isa),
+                    };
                     let _ = events.send(Event::Compiled(compiled.map(Arc::new)));
                 });
                 if let Err(refused) = begun {
                     self.take(Event::Broken(refused));
                 }
+            }
+            if let Some(effect) = self.app.begin_watch() {
+                self.perform(effect);
             }
             self.draw();
             self.take_events();
@@ -167,6 +195,16 @@ impl Session {
 
     fn perform(&mut self, effect: Effect) {
         match effect {
+            Effect::Threads(count) => {
+                self.settings.threads = NonZeroUsize::new(count).unwrap_or(self.settings.threads);
+            }
+            Effect::List(directory, endings) => self.errands.send(Errand::List(directory, endings)),
+            Effect::Look(file) => self.errands.send(Errand::Look(file)),
+            Effect::Measure(file) => self.errands.send(Errand::Measure(file)),
+            // If the thread has panicked, the interface knows already.
+            Effect::Watch(files) => drop(self.watched.send(files)),
+            Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
+            Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
             Effect::Pause(paused) => match &self.render {
                 Some(render) if paused => render.pause(),
@@ -238,7 +276,7 @@ impl Session {
 struct Saver(Sender<(Arc<Film>, u32)>);
 
 impl Saver {
-    fn new(output: std::path::PathBuf, events: &Sender<Event>) -> Result<Self, String> {
+    fn new(output: PathBuf, events: &Sender<Event>) -> Result<Self, String> {
         let (films, queue) = unbounded::<(Arc<Film>, u32)>();
         let told = events.clone();
         spawn("saver", events, move || {
@@ -258,7 +296,11 @@ impl Saver {
 
 /// Starts a thread of the interface. If it panics the interface ends in an error instead of standing still. The error
 /// tells why the system refuses the thread.
-fn spawn(title: &'static str, events: &Sender<Event>, body: impl FnOnce() + Send + 'static) -> Result<(), String> {
+pub(super) fn spawn(
+    title: &'static str,
+    events: &Sender<Event>,
+    body: impl FnOnce() + Send + 'static,
+) -> Result<(), String> {
     let events = events.clone();
     let guarded = move || {
         if let Err(panic) = catch_unwind(AssertUnwindSafe(body)) {

@@ -315,7 +315,8 @@ fn over_all_sizes_and_distances_rays_leave_their_surface_and_meet_what_stands_a_
                             // Not within a thousandth of the tangent plane: there a shell of a millionth is far away.
                             let toward = (normal * 1.001 + unit(&mut rng)).normalize();
                             let light = surface.point + toward * (light_at * size);
-                            let shadow = surface.shadow_ray_to::<Robust>(light).expect("the light is elsewhere");
+                            let shadow =
+                                surface.shadow_start().ray_to::<Robust>(light).expect("the light is elsewhere");
                             let mirrored = surface.spawn_ray::<Robust>(reflect(ray.direction, normal, normal));
                             let case = format!("{shape:?} size {size} away {away} eye {eye_at} light {light_at}");
                             checked += 1;

@@ -1,121 +1,27 @@
 //! The interface without a terminal: state and keys in, screen and description out; and what is sent to a terminal.
 
+mod dialogs;
+mod editor;
+mod pointing;
+mod stage;
+mod storm;
 mod wire;
 
-use glimt::description::{LightDesc, ObjectDesc, Projection, RenderDesc, SceneDesc, Shading, ShapeDesc};
-use glimt::render::{Film, Pass, Rect as Tile, RenderError, RenderEvent, Settings, TileImage, TileStats, start};
+use glimt::description::{ObjectDesc, SceneDesc, Shading, ShapeDesc};
+use glimt::render::{Film, RenderError, RenderEvent, Settings, start};
 use glimt::scene::compile;
 use glimt::tui::app::{Activity, App, Tone};
+use glimt::tui::bindings::BINDINGS;
 use glimt::tui::color::ColorMode;
-use glimt::tui::command;
 use glimt::tui::event::{Effect, Event, Exit};
 use glimt::tui::key::{Code, Key};
-use glimt::tui::view::view;
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-use ratatui::buffer::Buffer;
+use glimt::tui::keymap::Keymap;
 use ratatui::style::Color;
+use stage::{HEIGHT, Stage, WIDTH, scene};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-const WIDTH: u32 = 64;
-const HEIGHT: u32 = 36;
-
-fn scene() -> SceneDesc {
-    let mut desc = SceneDesc::default();
-    (desc.film.width, desc.film.height) = (WIDTH, HEIGHT);
-    desc.render = RenderDesc { samples: 4, ..RenderDesc::default() };
-    desc.lights.push(LightDesc::default());
-    desc.objects.push(ObjectDesc::new(ShapeDesc::Sphere { radius: 1.0 }));
-    desc
-}
-
-/// An interface and the time it lives in.
-struct Stage {
-    app: App,
-    now: Instant,
-    effects: Vec<Effect>,
-}
-
-impl Stage {
-    fn new(size: (u16, u16), mode: ColorMode) -> Self {
-        let app = App::new(scene(), "balls", Path::new("balls.png"), 2, mode, size);
-        Self { app, now: Instant::now(), effects: Vec::new() }
-    }
-
-    /// With the first render begun.
-    fn started(size: (u16, u16)) -> Self {
-        let mut stage = Self::new(size, ColorMode::Truecolor);
-        assert!(stage.compile());
-        stage
-    }
-
-    /// With the first render finished: left half red, right half blue.
-    fn finished(size: (u16, u16)) -> Self {
-        let mut stage = Self::started(size);
-        stage.tile(|x, _| if x < WIDTH / 2 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] });
-        stage.tell(Event::Render(RenderEvent::Finished));
-        stage.tell(Event::Saved(Ok(100)));
-        stage
-    }
-
-    fn tell(&mut self, event: Event) {
-        self.now += Duration::from_millis(40);
-        self.effects.extend(self.app.update(event, self.now));
-    }
-
-    fn keys(&mut self, keys: &str) {
-        for c in keys.chars() {
-            self.tell(Event::Key(Key::char(c)));
-        }
-    }
-
-    /// What the loop does after a batch of events; whether there was something to compile.
-    fn compile(&mut self) -> bool {
-        let Some((desc, previous)) = self.app.begin_compile() else { return false };
-        self.tell(Event::Compiled(compile(&desc, previous.as_deref()).map(Arc::new)));
-        true
-    }
-
-    /// A tile that is the whole film, as the first pass reports it.
-    fn tile(&mut self, pixel: impl Fn(u32, u32) -> [f32; 3]) {
-        let rect = Tile { x: 0, y: 0, width: WIDTH, height: HEIGHT };
-        let pixels = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect();
-        let pass = Pass::sequence(4)[0];
-        let stats = TileStats { samples: 100, busy: Duration::from_millis(30), ..TileStats::default() };
-        self.tell(Event::Render(RenderEvent::TileFinished {
-            worker: 0,
-            tile: TileImage { rect, pixels, ..TileImage::default() },
-            stats,
-            pass,
-        }));
-    }
-
-    fn buffer(&mut self) -> Buffer {
-        self.app.refresh(self.now);
-        let (columns, rows) = self.app.size();
-        let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
-        terminal.draw(|frame| view(&self.app, frame.buffer_mut())).unwrap();
-        terminal.backend().buffer().clone()
-    }
-
-    fn text(&mut self) -> String {
-        let buffer = self.buffer();
-        let row = |y| (0..buffer.area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>();
-        (0..buffer.area.height).map(row).collect::<Vec<_>>().join("\n")
-    }
-
-    fn status(&mut self) -> String {
-        self.text().lines().last().unwrap().to_owned()
-    }
-
-    fn samples_fov_depth(&self) -> (u32, f64, u32) {
-        let Projection::Perspective { fov } = self.app.desc().camera.projection else { panic!("not in this scene") };
-        (self.app.desc().render.samples, fov, self.app.desc().render.max_depth)
-    }
-}
 
 #[test]
 fn keys_edit_the_description() {
@@ -182,7 +88,7 @@ fn arrows_orbit_a_fitted_picture_and_move_a_zoomed_one() {
 fn a_burst_of_keys_is_one_restart_with_all_of_them() {
     let mut stage = Stage::started((80, 24));
     stage.keys("hhhhnn");
-    let (desc, _) = stage.app.begin_compile().expect("there were edits");
+    let (desc, ..) = stage.app.begin_compile().expect("there were edits");
     assert_eq!(desc.render.samples, 16);
     // Keys that come while the compiler is at work wait for it.
     stage.keys("n");
@@ -246,8 +152,8 @@ fn a_pause_while_the_compiler_is_at_work_is_one_of_the_new_render() {
     let mut stages =
         [Stage::new((200, 60), ColorMode::Truecolor), Stage::started((200, 60)), Stage::finished((200, 60))];
     for stage in &mut stages {
-        stage.keys("r");
-        let (desc, previous) = stage.app.begin_compile().unwrap();
+        stage.keys("br");
+        let (desc, previous, _) = stage.app.begin_compile().unwrap();
         stage.keys(" ");
         assert!(stage.status().contains("paused"), "{}", stage.status());
         stage.effects.clear();
@@ -354,13 +260,30 @@ fn without_a_terminal_the_program_lives_until_the_picture_is_saved() {
 }
 
 #[test]
-fn quitting_is_one_key() {
+fn quitting_is_one_key_and_two_if_something_is_not_saved() {
     for key in [Key::char('q'), Key::ctrl('c')] {
         let mut stage = Stage::started((80, 24));
-        stage.keys("?");
+        stage.tell(Event::Key(key));
+        assert_eq!(stage.app.exit(), Some(&Exit::Quit));
+        let mut stage = Stage::started((80, 24));
+        stage.keys("n");
+        stage.tell(Event::Key(key));
+        assert_eq!(stage.app.exit(), None);
+        assert!(stage.text().contains("changes that are not saved"), "{}", stage.text());
+        stage.press("Esc");
+        assert!(stage.app.exit().is_none() && stage.app.dialog().is_none());
+        stage.tell(Event::Key(key));
         stage.tell(Event::Key(key));
         assert_eq!(stage.app.exit(), Some(&Exit::Quit));
     }
+    // Out of any dialog.
+    let mut stage = Stage::started((80, 24));
+    stage.press(": Ctrl-C");
+    assert_eq!(stage.app.exit(), Some(&Exit::Quit));
+    // Taken back is as if nothing was done.
+    let mut stage = Stage::started((80, 24));
+    stage.keys("nuq");
+    assert_eq!(stage.app.exit(), Some(&Exit::Quit));
 }
 
 #[test]
@@ -401,15 +324,22 @@ fn quitting_waits_for_a_save_until_it_is_done_or_two_seconds_are_over_or_it_is_a
 
 #[test]
 fn the_help_screen_lists_every_binding_at_80_by_24() {
-    let mut stage = Stage::finished((80, 24));
-    stage.keys("?");
-    let text = stage.text();
-    for binding in command::BINDINGS {
-        let line = |text: &str| text.contains(&binding.keys_text()) && text.contains(&binding.help_text());
-        assert!(text.lines().any(line), "{}: {}\n{text}", binding.keys_text(), binding.help_text());
+    for size in [(80, 24), (200, 60)] {
+        let mut stage = Stage::finished(size);
+        stage.keys("?");
+        let mut text = stage.text();
+        for _ in 0..20 {
+            stage.press("PageDown");
+            text += &stage.text();
+        }
+        for binding in BINDINGS {
+            let keys = Keymap::default().text(binding);
+            let line = |text: &str| text.contains(&keys) && text.contains(binding.help);
+            assert!(text.lines().any(line), "{keys}: {} at {size:?}\n{text}", binding.help);
+        }
+        stage.press("Esc");
+        assert!(!stage.text().contains(" Keys "));
     }
-    stage.keys("?");
-    assert!(!stage.text().contains("Keys"));
 }
 
 #[test]
@@ -425,6 +355,9 @@ fn the_panel_shows_what_is_asked_of_it() {
         ),
     ] {
         let mut stage = Stage::started(size);
+        if stage.app.layout().editor.is_some() {
+            stage.keys("b");
+        }
         stage.tile(|_, _| [0.5; 3]);
         let text = stage.text();
         for word in words.split('|') {
@@ -459,6 +392,7 @@ fn one_sample_is_not_samples() {
 #[test]
 fn numbers_stand_still_between_their_periods() {
     let mut stage = Stage::started((200, 60));
+    stage.keys("b");
     stage.tile(|_, _| [0.5; 3]);
     let before = stage.text();
     stage.now += Duration::from_millis(50);
@@ -505,28 +439,6 @@ fn without_colours_the_picture_is_made_of_characters() {
 }
 
 #[test]
-fn every_screen_from_1_by_1_to_300_by_100_can_be_drawn() {
-    let widths = (1..=12).chain([19, 20, 38, 39, 40, 41, 73, 74, 75, 79, 80, 120, 139, 140, 200, 300]);
-    for columns in widths {
-        for rows in (1..=26).chain([59, 60, 100]) {
-            for mode in [ColorMode::Truecolor, ColorMode::Indexed, ColorMode::None] {
-                let mut stage = Stage::new((columns, rows), mode);
-                stage.text();
-                stage.compile();
-                stage.tile(|_, _| [0.5; 3]);
-                stage.text();
-                stage.keys("++?x");
-                stage.text();
-                stage.keys("?");
-                stage.tell(Event::Render(RenderEvent::Finished));
-                stage.tell(Event::Resize(rows, columns));
-                stage.text();
-            }
-        }
-    }
-}
-
-#[test]
 fn a_real_render_ends_with_the_film_that_the_workers_made() {
     let mut stage = Stage::started((80, 24));
     let Some(Effect::Start(scene)) = stage.effects.pop() else { panic!("nothing to start") };
@@ -553,5 +465,6 @@ fn with_256_colours_the_picture_is_of_the_palette() {
 #[test]
 fn the_readme_has_the_table_of_keys() {
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap_or_default();
-    assert!(readme.contains(&command::markdown()), "put this into README.md:\n{}", command::markdown());
+    let table = Keymap::default().markdown();
+    assert!(readme.contains(&table), "put this into README.md:\n{table}");
 }

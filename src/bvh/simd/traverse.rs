@@ -122,6 +122,30 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
                     }
                 } else {
                     let bottom = top;
+                    let k = mask.trailing_zeros() as usize & 7;
+                    mask &= mask - 1;
+                    let mut last = keyed(distances[k], node.children[k]);
+                    (best, last) = (best.min(last), best.max(last));
+                    if mask != 0 {
+                        // Three in registers: whether the third comes before the second can not be predicted. 1 to 5 % of robust
+                        // rays against insertion from the second on (blobs100k P, R, D).
+                        let k = mask.trailing_zeros() as usize & 7;
+                        mask &= mask - 1;
+                        let key = keyed(distances[k], node.children[k]);
+                        let middle = last.min(key);
+                        last = last.max(key);
+                        let second = best.max(middle);
+                        best = best.min(middle);
+                        debug_assert!(top < STACK);
+                        // SAFETY: as above.
+                        unsafe { stack.get_unchecked_mut(top).write(last) };
+                        top += 1;
+                        last = second;
+                    }
+                    debug_assert!(top < STACK);
+                    // SAFETY: as above.
+                    unsafe { stack.get_unchecked_mut(top).write(last) };
+                    top += 1;
                     while mask != 0 {
                         let k = mask.trailing_zeros() as usize & 7;
                         mask &= mask - 1;

@@ -129,7 +129,14 @@ pub(super) fn bare(desc: &SceneDesc, target: Target) -> Option<(SceneDesc, Targe
             }
             Target::World
         }
-        Target::Film | Target::Render => target,
+        Target::Render => {
+            // As the parser has it.
+            if desc.render.error.is_some() {
+                bare.render.samples = limits::ADAPTIVE_SAMPLES;
+            }
+            target
+        }
+        Target::Film => target,
     };
     Some((bare, at))
 }

@@ -2,8 +2,9 @@
 
 use super::super::target::Entry;
 use super::super::{
-    Background, CameraDesc, Falloff, FilmDesc, Interval, LightDesc, LightKind, MaterialDesc, Numerics, ObjectDesc,
-    Projection, RenderDesc, Shading, Shadows, ShapeDesc, TextureDesc, TextureSource, WorldDesc, Wrap, limits,
+    Background, CameraDesc, Falloff, FilmDesc, Filter, Interval, LightDesc, LightKind, MaterialDesc, Numerics,
+    ObjectDesc, Projection, RenderDesc, Shading, Shadows, ShapeDesc, TextureDesc, TextureSource, WorldDesc, Wrap,
+    limits,
 };
 use super::check::default_view_height;
 use super::{FileKind, Kind, Parameter, Step, Value};
@@ -176,6 +177,27 @@ pub(super) static RENDER: &[Parameter] = &[
     named!("shading", Shading, RenderDesc, |r| Some(&mut r.shading)),
     integer!("max_depth", "", 0..=limits::MAX_DEPTH as i64, Step::Linear(1.0), u32, RenderDesc, max_depth),
     integer!("samples", "per pixel", 1..=limits::MAX_SAMPLES as i64, Step::Factor(2.0), u32, RenderDesc, samples),
+    Parameter {
+        label: "until error",
+        unit: "",
+        kind: Kind::Toggle,
+        read: |desc, target| Some(Value::Toggle(RenderDesc::of(desc, target)?.error.is_some())),
+        write: |desc, target, value| {
+            let render = RenderDesc::of_mut(desc, target)?;
+            let Value::Toggle(on) = value else { return None };
+            // On the way to an error `samples` is only a limit, and has another default.
+            let usual = RenderDesc::default().samples;
+            match (on, render.samples) {
+                (true, samples) if samples == usual => render.samples = limits::ADAPTIVE_SAMPLES,
+                (false, limits::ADAPTIVE_SAMPLES) => render.samples = usual,
+                _ => {}
+            }
+            render.error = on.then_some(render.error.unwrap_or(1.0));
+            Some(())
+        },
+    },
+    number!("error", "codes", ERROR, Step::Factor(1.25), RenderDesc, |r| r.error.as_mut()),
+    named!("filter", Filter, RenderDesc, |r| Some(&mut r.filter)),
     named!("shadows", Shadows, RenderDesc, |r| Some(&mut r.shadows)),
     named!("numerics", Numerics, RenderDesc, |r| Some(&mut r.numerics)),
 ];

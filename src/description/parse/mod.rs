@@ -20,7 +20,7 @@ mod value;
 mod tests;
 
 pub use color::{color_code, parse_color};
-pub use entry::point_out;
+pub use entry::{files_named, point_out};
 
 use super::{Diagnostic, SceneDesc};
 use file::Files;

@@ -131,12 +131,10 @@ fn background<'a>(report: &mut Report<'a>, value: Value<'a>) -> Option<Backgroun
     Some(Background::Gradient { top: top?, bottom: bottom? })
 }
 
-const ERROR: Interval = Interval::closed(*limits::ERROR.start(), *limits::ERROR.end());
-
 fn render<'a>(report: &mut Report<'a>, section: &Section<'a>) -> RenderDesc {
     section.check_keys(report, &["shading", "max_depth", "samples", "error", "filter", "shadows", "numerics"]);
     let default = RenderDesc::default();
-    let error = section.read("error", |v| v.number(report, ERROR));
+    let error = section.read("error", |v| v.number(report, Interval::ERROR));
     // On the way to an error `samples` is only a limit.
     let samples = if error.is_some() { limits::ADAPTIVE_SAMPLES } else { default.samples };
     RenderDesc {

@@ -116,13 +116,17 @@ impl Described for RenderDesc {
     fn fields(&self) -> Fields {
         let default = RenderDesc::default();
         let integer = |v: u32| Field::Integer(v.into());
-        vec![
+        let samples = if self.error.is_some() { limits::ADAPTIVE_SAMPLES } else { default.samples };
+        let mut fields = vec![
             defaulted("shading", self.shading.name(), default.shading.name(), text),
             defaulted("max_depth", self.max_depth, default.max_depth, integer),
-            defaulted("samples", self.samples, default.samples, integer),
+            defaulted("samples", self.samples, samples, integer),
+            defaulted("filter", self.filter.name(), default.filter.name(), text),
             defaulted("shadows", self.shadows.name(), default.shadows.name(), text),
             defaulted("numerics", self.numerics.name(), default.numerics.name(), text),
-        ]
+        ];
+        fields.extend(self.error.map(|error| told("error", Field::Number(error))));
+        fields
     }
 }
 

@@ -307,12 +307,17 @@ impl<B: DrawingBackend> Pen<'_, B> {
         self.area.draw(&Text::new(text.to_owned(), self.px(at), style))
     }
 
+    /// Segment by segment: plotters joins thick ones in spikes that reach beyond any picture where a line turns back.
     fn line(&self, points: &[(f64, f64)], width: f64, color: RGBColor) -> Drawn<B> {
-        let points: Vec<_> = points.iter().map(|p| self.px(*p)).collect();
-        if points.len() < 2 {
-            return Ok(());
+        let thick = (width * self.unit).round() as u32;
+        for pair in points.windows(2) {
+            let ends = vec![self.px(pair[0]), self.px(pair[1])];
+            self.area.draw(&PathElement::new(ends, color.stroke_width(thick)))?;
         }
-        self.area.draw(&PathElement::new(points, color.stroke_width((width * self.unit).round() as u32)))
+        for joint in points.iter().skip(1).take(points.len().saturating_sub(2)) {
+            self.area.draw(&Circle::new(self.px(*joint), thick / 2, color.filled()))?;
+        }
+        Ok(())
     }
 
     fn dashed(&self, from: (f64, f64), to: (f64, f64), width: f64, color: RGBColor) -> Drawn<B> {

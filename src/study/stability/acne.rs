@@ -82,7 +82,7 @@ impl Cell {
         // Not within a thousandth of the tangent plane: there a shell of a millionth is far away.
         let toward = (normal * 1.001 + toward).normalize();
         let light = surface.point + toward * (light_at * self.size);
-        let shadow = surface.shadow_ray_to::<K>(light)?;
+        let shadow = surface.shadow_start().ray_to::<K>(light)?;
         let mirrored = surface.spawn_ray::<K>(reflect(ray.direction, normal, normal));
         Some(Verdict {
             shadow_acne: self.scene.occluded::<K>(&shadow),

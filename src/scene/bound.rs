@@ -1,0 +1,78 @@
+//! The largest radiance that a scene can have, in closed form.
+
+use super::{Object, Scene, Shape};
+use crate::description::{Background, Falloff, LightKind};
+use crate::math::Rgb;
+use glam::DVec3;
+
+impl Scene {
+    /// An upper bound of the radiance along any ray, over all channels: the L of the smallest value with L >= background and
+    /// L >= (light that a material sends out itself) + (k_r + k_t) L for every material. `None` if there is none: where a
+    /// material has k_r + k_t >= 1, or a light that falls off with distance may be as close to a surface as you like.
+    pub(super) fn bound_radiance(&self) -> Option<f64> {
+        let background = match self.world.background {
+            Background::Solid(color) => largest(color),
+            Background::Gradient { top, bottom } => largest(top).max(largest(bottom)),
+        };
+        let mut lights = Rgb::BLACK;
+        for light in &self.lights {
+            let weakened = match light.kind {
+                LightKind::Point { position, falloff: Falloff::InverseSquare } => {
+                    let nearest = self.objects().iter().map(|o| o.least_distance(position)).fold(f64::MAX, f64::min);
+                    if nearest <= 0.0 {
+                        return None;
+                    }
+                    light.radiance / (nearest * nearest)
+                }
+                _ => light.radiance,
+            };
+            lights += weakened;
+        }
+        let mut bound = background;
+        for material in &self.materials {
+            let gain = material.reflect + material.transmit;
+            if gain >= 1.0 {
+                return None;
+            }
+            let color = material.brightest();
+            let own = self.world.ambient * color * material.ambient
+                + lights * (color * material.diffuse + Rgb::grey(material.specular));
+            bound = bound.max(largest(own) / (1.0 - gain));
+        }
+        bound.is_finite().then_some(bound)
+    }
+
+    /// The weight below which a path can not matter: 2^-20, and with an error to reach what would change a pixel by a quarter
+    /// of it at most, were its code as steep as in the darks.
+    pub(super) fn bound_weight(&self) -> f64 {
+        let brightest = self.largest_radiance.unwrap_or(1.0).max(1e-6);
+        self.render.error.map_or(NEGLIGIBLE, |error| (error / 4.0 / STEEP / brightest).clamp(NEGLIGIBLE, 1.0 / 64.0))
+    }
+}
+
+/// Keeps ray trees from growing without end and changes nothing that a film can hold.
+const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
+
+/// 8-bit codes for a unit of linear light at a code of 60: darker places are steeper, most of a picture is flatter.
+const STEEP: f64 = 640.0;
+
+fn largest(color: Rgb) -> f64 {
+    color.r.max(color.g).max(color.b)
+}
+
+impl Object {
+    /// No point of the surface is closer to `point` than this.
+    fn least_distance(&self, point: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Ball { centre, radius } => (point.distance(*centre) - radius).abs(),
+            Shape::Plane => {
+                let normal = (self.map.inverse.matrix3.transpose() * DVec3::Y).normalize_or_zero();
+                (point - self.map.forward.translation).dot(normal).abs()
+            }
+            _ => self.bounds().map_or(0.0, |bounds| {
+                let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+                (lower - point).max(point - upper).max(DVec3::ZERO).length()
+            }),
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! The render from compile to saved picture.
+
+use super::{Activity, App, HANG_UP, Tone};
+use crate::description::{SceneDesc, printable};
+use crate::render::{Film, Progress, RenderEvent};
+use crate::scene::{CompileError, Scene};
+use crate::tui::event::{Effect, Exit};
+use crate::tui::numbers::Numbers;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+impl App {
+    /// What has to be compiled now: nothing if nothing was edited or the compiler is still at work. To be asked when a
+    /// batch of events is taken in, so that a burst of keys is one restart. With it the scene whose parts can be shared,
+    /// and the files that are others now than those it was made of.
+    pub fn begin_compile(&mut self) -> Option<(Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>)> {
+        if self.compiling || !std::mem::take(&mut self.edited) {
+            return None;
+        }
+        self.compiling = true;
+        let previous = self.lent.take().or_else(|| self.scene.clone());
+        Some((self.editor.desc().clone(), previous, self.changed.clone()))
+    }
+
+    /// Brings preview and numbers up to date for a frame at `now`.
+    pub fn refresh(&mut self, now: Instant) {
+        self.preview.refresh(&self.film);
+        let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
+        if ended || self.numbers.as_ref().is_none_or(|numbers| numbers.are_old(now)) {
+            let before = self.numbers.take();
+            self.numbers = self.progress.as_ref().map(|progress| Numbers::new(progress, now));
+            if let (Some(numbers), Some(before), false) = (&mut self.numbers, before, ended) {
+                numbers.keep_tiles(&before);
+            }
+        }
+    }
+
+    /// A restart ends a pause: whoever edits wants to see what it does. A pause that comes later is one of the new
+    /// render.
+    pub(super) fn restart(&mut self) {
+        self.edited = true;
+        if self.activity == Activity::Paused {
+            self.activity = Activity::Compiling;
+        }
+    }
+
+    /// Whether a new render is on its way.
+    pub(super) fn is_restarting(&self) -> bool {
+        self.edited || self.compiling
+    }
+
+    pub(super) fn set_paused(&mut self, paused: bool, now: Instant) -> Vec<Effect> {
+        self.activity = match paused {
+            true => Activity::Paused,
+            false if self.is_restarting() => Activity::Compiling,
+            false => Activity::Rendering,
+        };
+        if let Some(progress) = &mut self.progress {
+            progress.set_paused(paused, now);
+        }
+        vec![Effect::Pause(paused)]
+    }
+
+    /// The program stops, or goes on: its clock with it.
+    pub(super) fn stopped(&mut self, stopped: bool, now: Instant) {
+        if std::mem::replace(&mut self.stopped, stopped) == stopped || self.activity != Activity::Rendering {
+            return;
+        }
+        if let Some(progress) = &mut self.progress {
+            progress.set_paused(stopped, now);
+        }
+    }
+
+    /// A stop was refused: there is no shell to return to.
+    pub fn cannot_stop(&mut self, now: Instant) {
+        self.stopped(false, now);
+        self.tell(Tone::Plain, "there is no shell to go to".into());
+    }
+
+    pub(super) fn compiled(&mut self, result: Result<Arc<Scene>, CompileError>, now: Instant) -> Vec<Effect> {
+        self.compiling = false;
+        self.watch_due = true;
+        match result {
+            Ok(scene) => {
+                self.changed.clear();
+                if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
+                    self.film = Arc::new(Film::new(scene.width, scene.height));
+                    self.lay_out();
+                }
+                if let (None, Some(warning)) = (&self.scene, scene.summary.warnings.first()) {
+                    let more = match scene.summary.warnings.len() - 1 {
+                        0 => String::new(),
+                        more => format!(" (and {more} more: see `glimt check`)"),
+                    };
+                    self.tell(Tone::Plain, format!("{}{more}", printable(warning)));
+                }
+                // The old picture stays until tiles of the new one replace it.
+                self.progress = Some(Progress::new(&scene, self.threads, now));
+                self.numbers = None;
+                self.scene = Some(scene.clone());
+                let mut effects = vec![Effect::Start(scene)];
+                match self.activity {
+                    Activity::Paused => effects.extend(self.set_paused(true, now)),
+                    _ => self.activity = Activity::Rendering,
+                }
+                effects
+            }
+            Err(error) if self.scene.is_none() => {
+                self.exit = Some(Exit::Compile(error));
+                Vec::new()
+            }
+            Err(error) => {
+                self.activity = Activity::Failed;
+                self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
+                self.end_if_alone();
+                Vec::new()
+            }
+        }
+    }
+
+    pub(super) fn render(&mut self, event: RenderEvent, now: Instant) -> Vec<Effect> {
+        if let Some(progress) = &mut self.progress {
+            progress.update(&event, now);
+        }
+        match event {
+            RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
+            RenderEvent::TileFinished { tile, .. } => {
+                Arc::make_mut(&mut self.film).write(&tile);
+                self.preview.mark(tile.rect);
+                if self.save_wanted && self.is_whole() {
+                    return self.save();
+                }
+            }
+            // Of a render that is about to be replaced.
+            RenderEvent::Finished if self.edited => {}
+            RenderEvent::Finished => {
+                self.activity = Activity::Finished;
+                return self.save();
+            }
+            RenderEvent::Failed(error) => {
+                self.activity = Activity::Failed;
+                self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
+                self.end_if_alone();
+            }
+        }
+        Vec::new()
+    }
+
+    pub(super) fn save(&mut self) -> Vec<Effect> {
+        // Before that the film still holds parts of the picture before the last edit.
+        self.save_wanted = !self.is_whole();
+        if self.save_wanted {
+            self.tell(Tone::Plain, "will be saved as soon as the whole picture is there".into());
+            return Vec::new();
+        }
+        self.tell(Tone::Plain, format!("saving {}", self.output_text()));
+        self.saves_running += 1;
+        vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
+    }
+
+    /// Whether every pixel of the film belongs to the newest scene.
+    fn is_whole(&self) -> bool {
+        !self.is_restarting() && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
+    }
+
+    /// Without a terminal the program lives only until the picture is saved.
+    pub(super) fn end_if_alone(&mut self) {
+        let working = self.is_restarting()
+            || matches!(self.activity, Activity::Compiling | Activity::Rendering)
+            || self.saves_running > 0;
+        if self.hung_up && !working {
+            self.exit = Some(Exit::Signal(HANG_UP));
+        }
+    }
+}
