@@ -4,6 +4,7 @@ mod args;
 mod check;
 mod compare;
 mod failure;
+mod latency;
 mod model_scene;
 mod open;
 mod stability;

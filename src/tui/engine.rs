@@ -1,0 +1,156 @@
+//! The interface at work, but for terminal and disk: the state, the threads that compile and trace for it, and the times
+//! of its frames.
+
+use super::app::App;
+use super::event::{Effect, Event};
+use super::session::spawn;
+use super::view::view;
+use crate::bvh::Isa;
+use crate::render::{RenderHandle, Settings, start};
+use crate::scene::{compile_for, recompile};
+use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Time between two frames while only the picture changes, and the least time between any two.
+const FRAME: Duration = Duration::from_millis(33);
+const QUICK_FRAME: Duration = Duration::from_millis(8);
+/// Time between two frames while only clocks run.
+const CLOCK_FRAME: Duration = Duration::from_millis(125);
+/// Events are taken in for not longer than this before the next frame has a chance.
+const BATCH: Duration = Duration::from_millis(8);
+
+/// What joins the state with its workers.
+pub(super) struct Engine {
+    pub app: App,
+    isa: Isa,
+    settings: Settings,
+    render: Option<RenderHandle>,
+    events: (Sender<Event>, Receiver<Event>),
+    /// When the next frame is due.
+    frame_due: Option<Instant>,
+    last_frame: Instant,
+}
+
+impl Engine {
+    /// With the first frame due.
+    pub fn new(app: App, isa: Isa, threads: NonZeroUsize) -> Self {
+        let now = Instant::now();
+        let settings = Settings { threads, ..Settings::default() };
+        Self { app, isa, settings, render: None, events: unbounded(), frame_due: Some(now), last_frame: now }
+    }
+
+    /// Where its threads send what happens.
+    pub fn sender(&self) -> Sender<Event> {
+        self.events.0.clone()
+    }
+
+    /// Begins to compile what was edited. What is left to be done by the caller.
+    pub fn compile(&mut self) -> Vec<Effect> {
+        let Some((desc, previous, changed)) = self.app.begin_compile() else { return Vec::new() };
+        // Its workers make room at once; its picture stays.
+        self.render = None;
+        let (isa, events) = (self.isa, self.sender());
+        let begun = spawn("compiler", &self.events.0, move || {
+            let compiled = match previous.as_deref() {
+                Some(previous) if !changed.is_empty() => recompile(&desc, previous, &changed),
+                previous => compile_for(&desc, previous, isa),
+            };
+            let _ = events.send(Event::Compiled(compiled.map(Arc::new)));
+        });
+        match begun {
+            Ok(()) => Vec::new(),
+            Err(refused) => self.take(Event::Broken(refused)),
+        }
+    }
+
+    /// Waits for an event or the time of the next frame, or `at_most` until then, and takes in all that has come. What is
+    /// left to be done.
+    pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
+        let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
+        let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
+        let frame = [self.frame_due, clock].into_iter().flatten().min();
+        let until = [frame, self.app.leaves_by(), at_most].into_iter().flatten().min();
+        let wait = until.map_or(never(), crossbeam_channel::at);
+        let event = select! {
+            recv(self.events.1) -> event => event.ok(),
+            recv(rendered) -> event => {
+                if event.is_err() {
+                    // All is told.
+                    self.render = None;
+                }
+                event.ok().map(Event::Render)
+            }
+            recv(wait) -> now => {
+                self.frame_due = frame.filter(|due| now.is_ok_and(|now| *due <= now));
+                None
+            }
+        };
+        let Some(event) = event else { return Vec::new() };
+        let mut effects = self.take(event);
+        let end = Instant::now() + BATCH;
+        while self.app.exit().is_none() && Instant::now() < end {
+            // Keys before tiles.
+            if let Ok(event) = self.events.1.try_recv() {
+                effects.extend(self.take(event));
+            } else if let Some(Ok(event)) = self.render.as_ref().map(|render| render.events().try_recv()) {
+                effects.extend(self.take(Event::Render(event)));
+            } else {
+                break;
+            }
+        }
+        effects
+    }
+
+    /// Takes an event in. What is left to be done.
+    pub fn take(&mut self, event: Event) -> Vec<Effect> {
+        let now = Instant::now();
+        let is_picture = matches!(event, Event::Render(_));
+        let effects = self.app.update(event, now);
+        // A whole picture of what was edited is what the user waits for.
+        let period = if is_picture && !self.app.is_awaited() { FRAME } else { QUICK_FRAME };
+        let due = self.last_frame + period;
+        self.frame_due = Some(self.frame_due.map_or(due, |earlier| earlier.min(due)));
+        effects.into_iter().filter_map(|effect| self.perform(effect)).collect()
+    }
+
+    /// Does it, or gives it back.
+    fn perform(&mut self, effect: Effect) -> Option<Effect> {
+        match effect {
+            Effect::Threads(count) => {
+                self.settings.threads = NonZeroUsize::new(count).unwrap_or(self.settings.threads);
+            }
+            Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
+            Effect::Pause(paused) => match &self.render {
+                Some(render) if paused => render.pause(),
+                Some(render) => render.resume(),
+                None => {}
+            },
+            other => return Some(other),
+        }
+        None
+    }
+
+    /// The screen, if it is time for a frame.
+    pub fn frame(&mut self) -> Option<Buffer> {
+        let now = Instant::now();
+        if self.frame_due.is_none_or(|due| now < due) {
+            return None;
+        }
+        (self.frame_due, self.last_frame) = (None, now);
+        self.app.refresh(now);
+        let (columns, rows) = self.app.size();
+        let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
+        view(&self.app, &mut buffer);
+        Some(buffer)
+    }
+
+    /// Ends its render. The events that have come, and the state.
+    pub fn end(mut self) -> (App, Receiver<Event>) {
+        self.render = None;
+        (self.app, self.events.1)
+    }
+}
