@@ -17,7 +17,7 @@ pub use bins::add;
 pub use buffer::filled;
 pub use portable::Portable;
 pub use slab::SlabLanes;
-pub use traverse::LeafVisitor;
+pub use traverse::{Counted, LeafVisitor};
 
 use std::fmt;
 use std::str::FromStr;
