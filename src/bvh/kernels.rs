@@ -10,26 +10,33 @@ pub trait TreeKernels: Kernels {
     type Boxes: BoxTest;
     /// Blocks of eight triangles.
     type Triangles: BlockTest;
+    /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
+    /// through the tree then, so that packets may take another one.
+    const CONSERVATIVE: bool;
 }
 
 impl TreeKernels for Robust {
     type Boxes = PaddedSlab;
     type Triangles = WatertightTest;
+    const CONSERVATIVE: bool = true;
 }
 
 impl TreeKernels for Reference {
     type Boxes = WideSlab;
     type Triangles = PlainWoopTest;
+    const CONSERVATIVE: bool = true;
 }
 
 impl TreeKernels for Fast {
     type Boxes = PlainSlab;
     type Triangles = MoellerTrumboreTest<false>;
+    const CONSERVATIVE: bool = false;
 }
 
 impl TreeKernels for Classic {
     type Boxes = PlainSlab;
     type Triangles = MoellerTrumboreTest<true>;
+    const CONSERVATIVE: bool = false;
 }
 
 /// A ray against the boxes of eight children at once. Every lane does what [`Slab::entry`] does for one box.

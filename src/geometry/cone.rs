@@ -16,6 +16,7 @@ const APEX: u32 = SIDE;
 
 /// The first hit and its face, in f64. With w = 1 - y, the solid is {x² + z² <= w²/4} cut to 0 <= w <= 2. The discriminant is
 /// that of numerics.md row 4, k²((o x d)_x² + (o x d)_y²) - (o x d)_z² in the cone's own frame, factored.
+#[inline(always)]
 pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let (t0, o) = advance(ray);
     let d = ray.direction;

@@ -6,6 +6,7 @@ use super::ray::Ray;
 use glam::{DVec2, DVec3};
 
 /// The first hit and its face, in f64.
+#[inline(always)]
 pub fn cuboid_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let mut inside = Interval::ALL;
     for axis in 0..3 {

@@ -16,6 +16,7 @@ const TOP: u32 = 2;
 const FAR: f64 = 64.0;
 
 /// `(t0, origin + t0 direction)`: the origin, advanced if it is far away.
+#[inline(always)]
 pub(super) fn advance(ray: &Ray) -> (f64, DVec3) {
     if ray.origin.length_squared() <= FAR {
         return (0.0, ray.origin);
@@ -25,6 +26,7 @@ pub(super) fn advance(ray: &Ray) -> (f64, DVec3) {
 }
 
 /// The first hit and its face, in f64: the discriminant by Lagrange's identity, a - (o x d)_y², does not cancel.
+#[inline(always)]
 pub fn cylinder_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let (t0, o) = advance(ray);
     let d = ray.direction;
@@ -32,19 +34,15 @@ pub fn cylinder_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let a = d.x * d.x + d.z * d.z;
     let rho = (o.x * o.x + o.z * o.z).sqrt();
     let c = (rho - 1.0) * (rho + 1.0);
-    if a == 0.0 {
-        if c > 0.0 {
-            return None;
-        }
-    } else {
-        let cross = o.x * d.z - o.z * d.x;
-        let disc = a - cross * cross;
-        if disc < 0.0 {
-            return None;
-        }
-        let (near, far) = roots(a, o.x * d.x + o.z * d.z, c, disc.sqrt());
-        inside.clip(near, SIDE, far, SIDE);
+    let cross = o.x * d.z - o.z * d.x;
+    let disc = a - cross * cross;
+    // A line along the axis is beside the cylinder or bounded by the caps only.
+    if if a == 0.0 { c > 0.0 } else { disc < 0.0 } {
+        return None;
     }
+    let (near, far) = roots(a, o.x * d.x + o.z * d.z, c, disc.sqrt());
+    let (near, far) = if a == 0.0 { (f64::NEG_INFINITY, f64::INFINITY) } else { (near, far) };
+    inside.clip(near, SIDE, far, SIDE);
     // Last, since it costs two divisions that a ray beside the cylinder need not pay for.
     inside.clip_slab(o.y, d.y, BOTTOM, TOP);
     inside.first_on(ray, t0)

@@ -17,6 +17,7 @@ impl Interval {
 
     /// The part inside of another convex set. Written so that a NaN bound changes nothing: it comes from a ray that runs
     /// inside of a bounding plane, where the plane does not bound.
+    #[inline(always)]
     pub fn clip(&mut self, enter: f64, enter_face: u32, exit: f64, exit_face: u32) {
         if enter > self.enter {
             (self.enter, self.enter_face) = (enter, enter_face);
@@ -28,6 +29,7 @@ impl Interval {
 
     /// The part between the planes at -1 (face `low_face`) and +1 (`high_face`) of an axis on which the ray starts at
     /// `o` and moves by `d`: Williams et al. 2005 with sign-ordered planes, divisions instead of a rounded reciprocal.
+    #[inline(always)]
     pub fn clip_slab(&mut self, o: f64, d: f64, low_face: u32, high_face: u32) {
         if d.is_sign_negative() {
             self.clip((1.0 - o) / d, high_face, (-1.0 - o) / d, low_face);
@@ -37,6 +39,7 @@ impl Interval {
     }
 
     /// The first end that lies on the ray, shifted by `t0`, with its face.
+    #[inline(always)]
     pub fn first_on(&self, ray: &Ray, t0: f64) -> Option<(f64, u32)> {
         if self.enter > self.exit {
             return None;

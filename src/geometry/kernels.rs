@@ -14,31 +14,37 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     const T_MIN: f64 = 0.0;
 
     /// See [`sphere_intersect`](super::sphere_intersect).
+    #[inline(always)]
     fn sphere(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
         sphere::sphere_intersect(ray, centre, radius)
     }
 
     /// See [`cuboid_intersect`](super::cuboid_intersect).
+    #[inline(always)]
     fn cuboid(ray: &Ray) -> Option<(f64, u32)> {
         cuboid::cuboid_intersect(ray)
     }
 
     /// See [`cylinder_intersect`](super::cylinder_intersect).
+    #[inline(always)]
     fn cylinder(ray: &Ray) -> Option<(f64, u32)> {
         cylinder::cylinder_intersect(ray)
     }
 
     /// See [`cone_intersect`](super::cone_intersect).
+    #[inline(always)]
     fn cone(ray: &Ray) -> Option<(f64, u32)> {
         cone::cone_intersect(ray)
     }
 
     /// See [`plane_intersect`](super::plane_intersect).
+    #[inline(always)]
     fn plane(ray: &Ray) -> Option<f64> {
         plane::plane_intersect(ray)
     }
 
     /// See [`quad_intersect`](super::quad_intersect).
+    #[inline(always)]
     fn quad(ray: &Ray) -> Option<f64> {
         plane::quad_intersect(ray)
     }

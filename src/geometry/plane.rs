@@ -5,12 +5,14 @@ use super::ray::Ray;
 use glam::{DVec2, DVec3};
 
 /// The hit with the infinite plane, in f64. A ray inside of the plane meets nothing.
+#[inline(always)]
 pub fn plane_intersect(ray: &Ray) -> Option<f64> {
     let t = -ray.origin.y / ray.direction.y;
-    ray.contains(t).then_some(t)
+    if ray.contains(t) { Some(t) } else { None }
 }
 
 /// The hit with the quad [-1, 1]², in f64, edges included.
+#[inline(always)]
 pub fn quad_intersect(ray: &Ray) -> Option<f64> {
     let t = plane_intersect(ray)?;
     let inside = |o: f64, d: f64| (o + t * d).abs() <= 1.0;
@@ -20,7 +22,7 @@ pub fn quad_intersect(ray: &Ray) -> Option<f64> {
 /// The hit with the plane in f32.
 pub(super) fn plane_intersect_f32(ray: &Ray) -> Option<f64> {
     let t = f64::from(-(ray.origin.y as f32) / (ray.direction.y as f32));
-    ray.contains(t).then_some(t)
+    if ray.contains(t) { Some(t) } else { None }
 }
 
 /// The hit with the quad in f32.

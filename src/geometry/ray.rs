@@ -22,11 +22,13 @@ impl Ray {
     }
 
     /// The point at `t`.
+    #[inline(always)]
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + self.direction * t
     }
 
     /// The same ray in another space; t means the same point.
+    #[inline(always)]
     pub fn transformed(&self, target_from_source: &DAffine3) -> Self {
         Self {
             origin: target_from_source.transform_point3(self.origin),
@@ -36,6 +38,7 @@ impl Ray {
     }
 
     /// Whether `t` lies on the ray.
+    #[inline(always)]
     pub fn contains(&self, t: f64) -> bool {
         t > self.t_min && t <= self.t_max
     }
@@ -63,6 +66,7 @@ const SAME_PLACE: f64 = 1.0 / 35_184_372_088_832.0; // 2^-45
 
 impl Hit {
     /// Where a hit must lie at most to be in the same place as this one.
+    #[inline(always)]
     pub fn reach(&self) -> f64 {
         self.t * (1.0 + SAME_PLACE)
     }
@@ -70,6 +74,7 @@ impl Hit {
     /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same object at the
     /// same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is seen, not specks of
     /// both, and the winner does not depend on the order of traversal.
+    #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
         if self.object != other.object && (self.t - other.t).abs() <= other.t * SAME_PLACE {
             return self.object < other.object;

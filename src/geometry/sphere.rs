@@ -10,6 +10,7 @@ use std::f64::consts::PI;
 /// The first root on the ray, in f64: discriminant from the vector of closest approach and roots in q-form (Haines,
 /// Günther, Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems 2019, ch. 7). A ray
 /// from afar is first advanced to its closest approach.
+#[inline(always)]
 pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
     let d = ray.direction;
     let a = d.length_squared();

@@ -321,7 +321,8 @@ impl Geometry {
         }
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, clearances: OnceLock::new() })
+        let spheres = objects.iter().map(Object::bounding_sphere).collect();
+        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, spheres, clearances: OnceLock::new() })
     }
 }
 

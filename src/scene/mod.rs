@@ -86,6 +86,8 @@ struct Geometry {
     unbounded: Vec<u32>,
     /// How far each object is from all others, where that matters.
     clearances: OnceLock<Vec<f64>>,
+    /// Centre and radius of a sphere around each object; infinite for planes.
+    spheres: Vec<(DVec3, f64)>,
 }
 
 /// Where an object's material stands in [`Scene::materials`].

@@ -97,6 +97,18 @@ impl Object {
         }
     }
 
+    /// Centre and radius of a sphere around it in world space; infinite for planes and for meshes without triangles.
+    pub fn bounding_sphere(&self) -> (DVec3, f64) {
+        let Some(bounds) = self.bounds() else { return (DVec3::ZERO, f64::INFINITY) };
+        let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+        let around_box = (upper - lower).length() / 2.0;
+        match self.shape {
+            // Rounding of the map is covered by the factor.
+            Shape::Ball { centre, radius } => (centre, radius * 1.000_000_1),
+            _ => ((lower + upper) / 2.0, around_box * 1.000_000_1),
+        }
+    }
+
     /// Its box in world space; `None` if it is infinite.
     pub fn bounds(&self) -> Option<Aabb> {
         let map: &DAffine3 = &self.map.forward;

@@ -30,7 +30,8 @@ impl Object {
         }
     }
 
-    fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
+    /// Whether a world-space ray meets this object.
+    pub(super) fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.occluded::<K>(&ray.transformed(&self.map.inverse)),
             _ => self.intersect::<K>(ray, 0).is_some(),

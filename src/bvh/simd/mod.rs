@@ -9,6 +9,7 @@ mod bins;
 mod buffer;
 mod portable;
 mod slab;
+mod task;
 mod traverse;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -17,6 +18,7 @@ pub use bins::add;
 pub use buffer::filled;
 pub use portable::Portable;
 pub use slab::SlabLanes;
+pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};
 
 use std::fmt;

@@ -202,8 +202,8 @@ fn blocker<K: TreeKernels>(side: &Side, on: &SurfaceInteraction, light: usize) -
         return Sight::Away;
     }
     let ray = match light.position {
-        Some(position) => on.shadow_ray_to::<K>(position),
-        None => Some(on.shadow_ray_along::<K>(light.direction)),
+        Some(position) => on.shadow_start().ray_to::<K>(position),
+        None => Some(on.shadow_start().ray_along::<K>(light.direction)),
     };
     let hit = ray.and_then(|ray| side.scene.intersect::<K>(&ray));
     hit.map_or(Sight::Free, |hit| Sight::Blocked(hit.object))
