@@ -79,6 +79,8 @@ impl Batch {
 pub(super) struct Tracer<'a> {
     pub scene: &'a Scene,
     pub sampler: Sampler,
+    /// How samples are spread over a pixel; `None`: all in its middle.
+    pub filter: Option<Filter>,
     pub control: &'a Control,
 }
 
@@ -164,7 +166,7 @@ impl Tile {
         'all: for &(at, to) in &wanted {
             let (px, py) = (x + at % width, y + at / width);
             for index in self.pixels[at as usize].traced()..to {
-                batch.points.push(film_point(tracer.scene.render.filter, px, py, index));
+                batch.points.push(film_point(tracer.filter, px, py, index));
                 batch.pixels.push(at);
                 if batch.points.len() == BATCH {
                     traced = self.trace_batch(tracer, batch, stats, &mut start);
@@ -187,7 +189,7 @@ impl Tile {
     /// Traces the samples that wait in `batch`, and adds them in their order.
     fn trace_batch(
         &mut self,
-        Tracer { scene, sampler, control }: Tracer,
+        Tracer { scene, sampler, control, .. }: Tracer,
         batch: &mut Batch,
         stats: &mut TileStats,
         start: &mut Instant,
@@ -279,16 +281,19 @@ impl Tile {
             .map(|(column, row)| mean(column - column % step, row - row % step))
             .collect();
         let samples = self.pixels.iter().map(Pixel::traced).collect();
-        TileImage { rect: self.rect, pixels, samples, errors: Vec::new() }
+        let all_finite = self.pixels.iter().all(|pixel| pixel.non_finite() == 0);
+        let non_finite = if all_finite { Vec::new() } else { self.pixels.iter().map(Pixel::non_finite).collect() };
+        TileImage { rect: self.rect, pixels, samples, errors: Vec::new(), non_finite }
     }
 }
 
-/// Where on the film sample `index` of a pixel is.
-fn film_point(filter: Filter, x: u32, y: u32, index: u32) -> DVec2 {
+/// Where on the film sample `index` of a pixel is; without a filter in the pixel's middle.
+pub(super) fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {
-        Filter::Box => (u, v),
-        Filter::Tent => (tent(u), tent(v)),
+        None => (0.5, 0.5),
+        Some(Filter::Box) => (u, v),
+        Some(Filter::Tent) => (tent(u), tent(v)),
     };
     DVec2::new(f64::from(x) + u, f64::from(y) + v)
 }
