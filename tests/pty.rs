@@ -238,8 +238,7 @@ fn from_start_to_saved_picture_with_keys_and_resize_to_a_restored_terminal() {
     session.assert_picture(64);
     // Back to what the file says, so that leaving asks nothing.
     session.send("uu");
-    session.wait_for_text("undone: orbit");
-    session.wait_for_text("saved ball.png");
+    session.wait_for_text("4 samples  depth");
 
     for (columns, rows) in [(200, 60), (20, 5), (100, 30)] {
         session.resize(columns, rows);
@@ -267,7 +266,7 @@ fn a_scene_is_edited_by_keys_undone_saved_and_is_what_it_was_but_for_the_edits()
 
     // A cuboid, moved along x and a little up.
     session.send("ab");
-    session.wait_for_text("added cuboid");
+    session.wait_for_text("size x");
     session.send("gx1.5\r");
     session.wait_for_text("1.5 units");
     session.send("gy\x1b[A\x1b[A\r");
@@ -278,11 +277,12 @@ fn a_scene_is_edited_by_keys_undone_saved_and_is_what_it_was_but_for_the_edits()
     session.wait_for_text("#00ff00");
     // A light, and away with it.
     session.send("al");
-    session.wait_for_text("added lamp");
+    session.wait_for_text("lamp");
     session.send("u");
-    session.wait_for_text("undone: add");
+    session.wait("end of the light", |screen| !screen.contents().contains("lamp"));
+    session.wait_for_text("● not saved");
     session.send("w");
-    session.wait_for_text("saved ball.toml");
+    session.wait("end of the mark", |screen| !screen.contents().contains("● not saved"));
 
     let saved = fs::read_to_string(&file).unwrap();
     // Byte by byte what was there, with what was added behind it.
@@ -304,7 +304,7 @@ fn a_scene_is_edited_by_keys_undone_saved_and_is_what_it_was_but_for_the_edits()
 
     // A click on the ball, which stands in the middle, selects it; its row in the tree is told by the properties.
     session.send("\x1b[<0;42;17M\x1b[<0;42;17m");
-    session.wait_for_text("tomato");
+    session.wait_for_text("▸ object 1");
     // What is not saved is asked about.
     session.send("vq");
     session.wait_for_text("changes that are not saved");

@@ -57,6 +57,10 @@ pub fn run(args: &StabilityArgs, out: &Path, console: &Console, signals: &Signal
         Ok(())
     });
     console.clear();
+    if findings.is_err() {
+        // Goes only if it is empty.
+        let _ = std::fs::remove_dir(out);
+    }
     let findings = match (findings, unprinted, signals.caught()) {
         (_, Some(failure), _) => return Err(failure),
         (Err(_), _, Some(number)) => {
@@ -100,6 +104,9 @@ fn map(
     let threads = args.threads.unwrap_or_else(default_threads);
     let drawn = stability::map(&opened.desc, args.study.quick, threads, console);
     console.clear();
+    if drawn.is_err() {
+        let _ = std::fs::remove_dir(out);
+    }
     let mut map = drawn.map_err(|error| match signals.caught() {
         Some(number) => Failure::Signal { number, message: "stopped; no map was written".to_owned() },
         None => refuse(error, Some(&opened)),

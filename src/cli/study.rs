@@ -216,8 +216,11 @@ pub fn run(command: &StudyCommand) -> Result<ExitCode, Failure> {
     let (report, files) = match studied {
         Ok(studied) => studied,
         Err(failure) => {
-            // Goes only if it is empty.
-            let _ = fs::remove_dir(&out);
+            // What was made goes again, but only if it is empty.
+            let made = if args.out.is_none() { 2 } else { 1 };
+            for directory in out.ancestors().take(made) {
+                let _ = fs::remove_dir(directory);
+            }
             return Err(match failure {
                 Failure::Signal { number, message } => {
                     Failure::Signal { number: signals.caught().unwrap_or(number), message }

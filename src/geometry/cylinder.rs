@@ -37,7 +37,8 @@ pub fn cylinder_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let cross = o.x * d.z - o.z * d.x;
     let disc = a - cross * cross;
     // A line along the axis is beside the cylinder or bounded by the caps only.
-    if if a == 0.0 { c > 0.0 } else { disc < 0.0 } {
+    let missed = if a == 0.0 { c > 0.0 } else { disc < 0.0 };
+    if missed {
         return None;
     }
     let (near, far) = roots(a, o.x * d.x + o.z * d.z, c, disc.sqrt());

@@ -2,7 +2,7 @@
 //!
 //! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at all,
 //! then groups of rays that do, by the very functions that single rays use ([`Kernels`](crate::geometry::Kernels)). Those are free
-//! of calls and inlined into loops over plain arrays, which the compiler turns into vectors of four or eight rays; floating-point
+//! of calls and stand in loops over plain arrays, which the compiler may turn into vectors of rays (so far it does for some of them only); floating-point
 //! operations are neither fused nor reordered by it, so every ray gets the bits that it gets alone.
 
 use super::{Object, Scene, Shape};
@@ -168,12 +168,13 @@ struct Meet<'a, K> {
 }
 
 impl<K: TreeKernels> Meet<'_, K> {
+    #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default, clippy::needless_range_loop)] // As for `Option::map` below.
     #[inline(always)]
     fn each(self, test: impl Fn(&Ray) -> Option<(f64, u32)>) {
         let Meet { rays, limit, met, range, .. } = self;
         for i in range.start..range.end.min(CAPACITY) {
             (met.t[i], met.primitive[i]) = match test(&rays.get(i, limit[i])) {
-                Some(met) => met,
+                Some((t, primitive)) => (t, primitive),
                 None => (f64::NAN, 0),
             };
         }

@@ -43,14 +43,12 @@ pub fn render(
                 return Err(RenderError { worker: 0, message }.into());
             }
         };
+        console.go_on()?;
         let now = Instant::now();
         progress.update(&event, now);
         watch(&event, now - begun);
         match event {
-            RenderEvent::TileFinished { tile, .. } => {
-                film.write(&tile);
-                console.go_on()?;
-            }
+            RenderEvent::TileFinished { tile, .. } => film.write(&tile),
             RenderEvent::Finished => return Ok(Trial { film, progress, time: now - begun }),
             RenderEvent::Failed(error) => return Err(error.into()),
             _ => {}

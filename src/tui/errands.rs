@@ -9,6 +9,7 @@ use crate::description::edit::Bounds;
 use crate::description::{SceneDesc, parse, printable};
 use crate::output::write_whole;
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use std::collections::VecDeque;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -47,7 +48,9 @@ impl Errands {
 }
 
 fn run(queue: &Receiver<Errand>, events: &Sender<Event>) {
-    for errand in queue {
+    let mut waiting = VecDeque::new();
+    while let Some(errand) = waiting.pop_front().or_else(|| queue.recv().ok()) {
+        waiting.extend(queue.try_iter());
         let answer = match errand {
             Errand::List(directory, endings) => {
                 let entries = list(&directory, endings).map_err(|error| error.to_string());
@@ -55,8 +58,7 @@ fn run(queue: &Receiver<Errand>, events: &Sender<Event>) {
             }
             Errand::Look(file) => {
                 // Only the last picture that was asked for is still looked at.
-                let passed = queue.is_empty();
-                if !passed {
+                if waiting.iter().any(|errand| matches!(errand, Errand::Look(_))) {
                     continue;
                 }
                 let picture = load_image(&file).map_err(|error| error.reason);
@@ -117,4 +119,38 @@ fn reread(file: &Path) -> Result<(String, SceneDesc), Vec<String>> {
         lines(all.join("\n"))
     })?;
     Ok((text, desc))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn directories_are_listed_with_what_can_be_opened_and_scenes_are_read_with_their_mistakes() {
+        let directory = std::env::temp_dir().join(format!("glimt-errands-{}", std::process::id()));
+        fs::create_dir_all(directory.join("sub")).unwrap();
+        for name in ["a.PNG", "b.obj", "c.txt", ".hidden.png"] {
+            fs::write(directory.join(name), "").unwrap();
+        }
+        let mut found = list(&directory, &["png"]).unwrap();
+        found.sort();
+        let entry = |is_file, name: &str| Entry { is_file, name: name.into() };
+        assert_eq!(found, [entry(false, "sub"), entry(true, "a.PNG")]);
+        assert!(list(&directory.join("none"), &["png"]).is_err());
+
+        let file = directory.join("scene.toml");
+        fs::write(&file, "[[object]]\nshape = \"sphere\"\nradus = 1 # \u{1b}[2J\n").unwrap();
+        let mistakes = reread(&file).unwrap_err();
+        assert!(mistakes.iter().any(|line| line.contains("radus")), "{mistakes:?}");
+        assert!(mistakes.iter().all(|line| !line.contains(char::is_control)), "{mistakes:?}");
+        fs::write(&file, "[[object]]\nshape = \"sphere\"\n").unwrap();
+        assert_eq!(reread(&file).unwrap().1.objects.len(), 1);
+        fs::write(directory.join("two.obj"), "v 1 2 3\nv 4 2 3\nv 1 6 3\nf 1 2 3\n").unwrap();
+        let bounds = measure(&directory.join("two.obj")).unwrap();
+        assert!(bounds.lower.abs_diff_eq(glam::DVec3::new(1.0, 2.0, 3.0), 1e-5), "{bounds:?}");
+        assert!(bounds.upper.abs_diff_eq(glam::DVec3::new(4.0, 6.0, 3.0), 1e-5), "{bounds:?}");
+        assert!(measure(&directory.join("b.obj")).is_err());
+        fs::remove_dir_all(directory).unwrap();
+    }
 }

@@ -114,6 +114,11 @@ pub fn parting<A: TreeKernels, K: TreeKernels>(a: Side, b: Side, depth: u32) -> 
     }
     let object = Some(on_a.hit.object);
     if let Some((p, behind_a, q, behind_b)) = beyond {
+        // Bent by the indices of other bodies: in a mirrored scene directions differ, their angles do not.
+        let slant = |bent: DVec3, on: &SurfaceInteraction| bent.dot(on.geometric_normal);
+        if (slant(p, &on_a) - slant(q, &on_b)).abs() > 1e-3 {
+            return Some(Cause::Media);
+        }
         let a = Side { ray: on_a.spawn_ray::<A>(p), media: behind_a, left: object, ..a };
         let b = Side { ray: on_b.spawn_ray::<K>(q), media: behind_b, left: object, ..b };
         if let Some(cause) = parting::<A, K>(a, b, depth + 1) {

@@ -1,0 +1,118 @@
+//! Packets of rays against single rays and brute force, bit for bit, for every instruction set.
+
+mod support;
+
+use glam::DVec3;
+use glimt::bvh::Isa;
+use glimt::description::*;
+use glimt::geometry::{Fast, Hit, Ray, Robust};
+use glimt::math::{Rgb, SplitMix64};
+use glimt::scene::{PacketScratch, Scene, compile_for};
+use support::*;
+
+/// One of each shape, two of them in the same place, turned and stretched by chance.
+fn things(seed: u64, count: usize) -> SceneDesc {
+    let mut rng = SplitMix64(seed);
+    let mut d = desc(1, 1, CameraDesc::default());
+    d.materials.push(flat("white", Rgb::WHITE));
+    for i in 0..count {
+        let shape = match (i as u64 + seed) % 7 {
+            0 | 6 => ShapeDesc::Sphere { radius: 0.5 },
+            1 => ShapeDesc::Cuboid { size: v(1.0, 0.5, 0.25) },
+            2 => ShapeDesc::Cylinder { radius: 0.5, height: 1.0 },
+            3 => ShapeDesc::Cone { radius: 0.5, height: 1.0 },
+            4 => ShapeDesc::Quad { size: glam::DVec2::new(1.0, 0.5) },
+            _ => ShapeDesc::Plane,
+        };
+        let mut thing = object(shape, "white");
+        if i % 2 == 1 {
+            thing.rotate = v(rng.range(0.0, 360.0), rng.range(0.0, 360.0), 90.0);
+            thing.scale = v(rng.range(0.3, 1.0), rng.range(0.3, 1.0), rng.range(0.3, 1.0));
+        }
+        thing.translate = (v(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * 4.0).round() / 4.0;
+        if i == 4 {
+            d.objects.push(thing.clone());
+        }
+        d.objects.push(thing);
+    }
+    d
+}
+
+/// Toward the scene or inside of it, along axes with zeros of both signs, along faces, ended early, from afar, not finite.
+fn ray(rng: &mut SplitMix64) -> Ray {
+    let place = |rng: &mut SplitMix64| v(rng.range(-1.5, 1.5), rng.range(-1.5, 1.5), rng.range(-1.5, 1.5));
+    let zero = |rng: &mut SplitMix64| if rng.next_u64() & 1 == 0 { 0.0 } else { -0.0 };
+    let origin = place(rng);
+    let mut ray = Ray::new(origin, (place(rng) - origin).normalize());
+    match rng.next_u64() % 10 {
+        0 => ray.origin -= ray.direction * 1e6,
+        1 => ray.t_max = rng.unit(),
+        2 => (ray.t_min, ray.t_max) = (rng.unit(), f64::INFINITY),
+        // Through corners and along faces: everything stands on a grid of quarters.
+        3 => ray.origin = (ray.origin * 8.0).round() / 8.0,
+        4 => ray = Ray::new((ray.origin * 8.0).round() / 8.0, v(zero(rng), 1.0, zero(rng))),
+        5 => ray = Ray::new((ray.origin * 8.0).round() / 8.0, v(-1.0, zero(rng), zero(rng))),
+        6 => ray.direction[(rng.next_u64() % 3) as usize] = zero(rng),
+        7 if rng.next_u64().is_multiple_of(4) => {
+            let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][(rng.next_u64() % 3) as usize];
+            if rng.next_u64() & 1 == 0 { ray.origin.y = bad } else { ray.direction.z = bad }
+        }
+        _ => {}
+    }
+    ray
+}
+
+fn bits(hit: Option<Hit>) -> Option<(u64, u32, u32, u64, u64)> {
+    hit.map(|h| (h.t.to_bits(), h.object, h.primitive, h.u.to_bits(), h.v.to_bits()))
+}
+
+fn brute_force(scene: &Scene, ray: &Ray) -> Option<Hit> {
+    let all = (0..).zip(scene.objects()).filter_map(|(index, object)| object.intersect::<Robust>(ray, index));
+    all.reduce(|best, hit| if hit.beats(&best) { hit } else { best })
+}
+
+#[test]
+fn packets_find_what_single_rays_and_brute_force_find() {
+    let mut scratch = PacketScratch::default();
+    for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+        for (seed, count) in (0..60).zip([0, 1, 2, 3, 5, 6, 7, 12].into_iter().cycle()) {
+            let scene = compile_for(&things(seed, count), None, isa).unwrap();
+            let mut rng = SplitMix64(seed);
+            let mut hits = 0;
+            for size in [1, 2, 7, 8, 9, 31, 64, 100, 255, 256, 300] {
+                let rays: Vec<Ray> = (0..size).map(|_| ray(&mut rng)).collect();
+                let mut found = vec![None; size];
+                let mut occluded = vec![true; size];
+                scene.intersect_packet::<Robust>(&rays, &mut found, &mut scratch);
+                scene.occluded_packet::<Robust>(&rays, &mut occluded, &mut scratch);
+                for k in 0..size {
+                    let what = format!("{} {seed} {count} {size} {k} {:?}", isa.name(), rays[k]);
+                    assert_eq!(bits(found[k]), bits(scene.intersect::<Robust>(&rays[k])), "{what}");
+                    assert_eq!(bits(found[k]), bits(brute_force(&scene, &rays[k])), "{what}");
+                    assert_eq!(occluded[k], found[k].is_some(), "{what}");
+                    hits += usize::from(occluded[k]);
+                }
+                scene.intersect_packet::<Fast>(&rays, &mut found, &mut scratch);
+                for (ray, found) in rays.iter().zip(&found) {
+                    assert_eq!(bits(*found), bits(scene.intersect::<Fast>(ray)), "{} {ray:?}", isa.name());
+                }
+            }
+            assert!(count < 3 || hits > 50, "{hits} hits among {count}");
+        }
+    }
+}
+
+#[test]
+fn a_packet_that_all_passes_by_finds_nothing_and_none_is_left_of_the_one_before() {
+    let scene = compile(&things(0, 5));
+    let mut scratch = PacketScratch::default();
+    let toward: Vec<Ray> = (0..64).map(|_| Ray::new(v(0.0, 0.0, 9.0), DVec3::NEG_Z)).collect();
+    let away: Vec<Ray> = (0..64).map(|_| Ray::new(v(0.0, 0.0, 9.0), DVec3::Z)).collect();
+    for rays in [toward, away] {
+        let mut found = vec![None; 64];
+        scene.intersect_packet::<Robust>(&rays, &mut found, &mut scratch);
+        for (ray, found) in rays.iter().zip(&found) {
+            assert_eq!(bits(*found), bits(brute_force(&scene, ray)));
+        }
+    }
+}
