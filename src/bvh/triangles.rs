@@ -1,6 +1,6 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
-use super::simd::{Isa, Lanes, LeafVisitor, filled};
+use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
@@ -83,6 +83,18 @@ impl Triangles {
     /// Whether a ray meets any triangle.
     pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
         self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, true>>(ray, self).0
+    }
+
+    /// Nodes and blocks that [`Triangles::intersect`] looks at; with `any`, those of [`Triangles::occluded`].
+    pub fn visits<K: TreeKernels>(&self, ray: &Ray, any: bool) -> u64 {
+        let tree = &self.tree;
+        if any {
+            let counted = tree.traverse::<K::Boxes, Counted<Visitor<'_, K::Triangles, true>>>(ray, self).1;
+            counted.map_or(0, |counted| counted.visits)
+        } else {
+            let counted = tree.traverse::<K::Boxes, Counted<Visitor<'_, K::Triangles, false>>>(ray, self).1;
+            counted.map_or(0, |counted| counted.visits)
+        }
     }
 }
 

@@ -2,15 +2,16 @@
 
 use super::Failure;
 use super::compare::CompareArgs;
+use super::open::Opened;
 use super::study::StudyCommand;
 use crate::bvh::Isa;
-use crate::description::{Filter, Numerics, SceneDesc, Shading, Shadows, limits};
-use crate::render::Settings;
+use crate::description::{DEMO, FilmDesc, Filter, Numerics, SceneDesc, Shading, Shadows, limits};
+use crate::render::{Settings, View};
 use crate::tui::ColorChoice;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// `glimt [SCENE]`, `glimt render`, `glimt check`.
@@ -37,6 +38,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Say what a scene pays for and does not need, with what that saves
     Advise(AdviseArgs),
+    /// Say why a pixel has its colour, ray by ray
+    Explain(ExplainArgs),
     /// List the keys of the interface
     Keys(KeysArgs),
     /// Say how far two pictures are apart
@@ -81,28 +84,20 @@ pub struct KeysArgs {
     pub color: ColorArg,
 }
 
+/// What is rendered, and how.
 #[derive(Debug, Args)]
-pub struct RenderArgs {
+pub struct SceneArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
-    /// Where the picture goes [default: <SCENE>.png in this directory]
-    #[arg(short, long, value_name = "PNG")]
-    pub output: Option<PathBuf>,
     /// Pixels across and down, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     pub size: Option<(u32, u32)>,
-    /// Worker threads [default: all processors]
-    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
-    pub threads: Option<NonZeroUsize>,
     /// Samples a pixel; with --error or --time the most that a pixel gets
     #[arg(long, value_name = "N", value_parser = whole(1, limits::MAX_SAMPLES), allow_negative_numbers = true)]
     pub samples: Option<u32>,
     /// Refine where the picture is wrong until its error is down to this: root mean square in 8-bit codes
     #[arg(long, value_name = "CODES", value_parser = error, allow_negative_numbers = true)]
     pub error: Option<f64>,
-    /// Render the best picture that can be had in this many seconds
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
-    pub time: Option<Duration>,
     /// How samples make a pixel
     #[arg(long, value_name = "FILTER", value_parser = named(Filter::NAMES))]
     pub filter: Option<Filter>,
@@ -120,6 +115,24 @@ pub struct RenderArgs {
     pub numerics: Option<Numerics>,
     #[command(flatten)]
     pub isa: IsaArg,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Where the picture goes [default: <SCENE>.png in this directory; of another view <SCENE>-VIEW.png]
+    #[arg(short, long, value_name = "PNG")]
+    pub output: Option<PathBuf>,
+    /// What the picture shows
+    #[arg(long, value_name = "VIEW", default_value = "final", value_parser = named(View::NAMES))]
+    pub view: View,
+    /// Worker threads [default: all processors]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    pub threads: Option<NonZeroUsize>,
+    /// Render the best picture that can be had in this many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub time: Option<Duration>,
     /// Side of a tile in pixels, a multiple of 8; changes nothing in the picture
     #[arg(
         long, value_name = "N", hide = true, default_value_t = Settings::default().tile_size,
@@ -132,6 +145,23 @@ pub struct RenderArgs {
     /// Print nothing but errors; no interface
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct ExplainArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Column and row of the pixel, from 0 at the upper left
+    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_hyphen_values = true)]
+    pub pixel: (u32, u32),
+    /// Whose rays are shown, from 0 [default: the first that is not finite, or else 0]
+    #[arg(long, value_name = "N", value_parser = whole(0, limits::MAX_SAMPLES - 1), allow_negative_numbers = true)]
+    pub sample: Option<u32>,
+    /// Print one JSON object on stdout
+    #[arg(long)]
+    pub json: bool,
     #[command(flatten)]
     pub color: ColorArg,
 }
@@ -169,16 +199,44 @@ pub struct ColorArg {
     pub color: ColorChoice,
 }
 
-impl RenderArgs {
+impl SceneArgs {
+    /// Opens the scene and puts the flags into it. `time`: the seconds that the render has.
+    pub fn open(&self, time: Option<Duration>) -> Result<Opened, Failure> {
+        let film = self.size.map(|(width, height)| FilmDesc { width, height });
+        let mut opened = Opened::new(self.scene.as_deref(), film, self.isa.chosen()?)?;
+        self.override_scene(&mut opened.desc, time);
+        Ok(opened)
+    }
+
+    /// The command that shows the rays of a pixel of this very picture.
+    pub fn explain_command(&self, (x, y): (u32, u32)) -> String {
+        let scene = self.scene.as_deref().unwrap_or(Path::new(DEMO)).to_string_lossy();
+        let mut line = format!("glimt explain {scene} --pixel {x},{y}");
+        let flags = [
+            ("size", self.size.map(|(width, height)| format!("{width}x{height}"))),
+            ("samples", self.samples.map(|samples| samples.to_string())),
+            ("error", self.error.map(|error| error.to_string())),
+            ("filter", self.filter.map(|filter| filter.name().into())),
+            ("max-depth", self.max_depth.map(|depth| depth.to_string())),
+            ("shading", self.shading.map(|shading| shading.name().into())),
+            ("shadows", self.shadows.map(|shadows| shadows.name().into())),
+            ("numerics", self.numerics.map(|numerics| numerics.name().into())),
+        ];
+        for (flag, value) in flags {
+            line.extend(value.map(|value| format!(" --{flag} {value}")));
+        }
+        line
+    }
+
     /// Replaces what the scene says by what the flags say.
-    pub fn override_scene(&self, desc: &mut SceneDesc) {
+    fn override_scene(&self, desc: &mut SceneDesc, time: Option<Duration>) {
         if let Some((width, height)) = self.size {
             (desc.film.width, desc.film.height) = (width, height);
         }
         let render = &mut desc.render;
-        if self.samples.is_some() || self.error.is_some() || self.time.is_some() {
+        if self.samples.is_some() || self.error.is_some() || time.is_some() {
             // Where rendering ends is asked for here: the scene's own end does not count.
-            let endless = self.time.map(|_| 0.0);
+            let endless = time.map(|_| 0.0);
             render.error = self.error.or(endless);
             let most = if self.error.is_some() { limits::ADAPTIVE_SAMPLES } else { limits::MAX_SAMPLES };
             render.samples = self.samples.unwrap_or(most);
@@ -189,7 +247,9 @@ impl RenderArgs {
         render.shadows = self.shadows.unwrap_or(render.shadows);
         render.numerics = self.numerics.unwrap_or(render.numerics);
     }
+}
 
+impl RenderArgs {
     /// Threads and tiles.
     pub fn settings(&self) -> Settings {
         Settings { threads: self.threads.unwrap_or_else(crate::render::default_threads), tile_size: self.tile_size }
@@ -208,6 +268,12 @@ pub(super) fn size(text: &str) -> Result<(u32, u32), String> {
         _ => Err(format!("width and height are from 1 to {}", limits::MAX_SIDE)),
     };
     Ok((side(width)?, side(height)?))
+}
+
+fn pixel(text: &str) -> Result<(u32, u32), &'static str> {
+    let number = |text: &str| text.trim().parse().ok();
+    let found = text.split_once(',').and_then(|(x, y)| Some((number(x)?, number(y)?)));
+    found.ok_or("write it as 320,200: column and row from 0")
 }
 
 /// Whether this is a whole number, however large, perhaps with a sign.
@@ -289,7 +355,7 @@ mod tests {
                     --numerics fast --threads 5 --tile-size 16";
         let args = parse(&line.split_whitespace().collect::<Vec<_>>().join(" ")).unwrap().show;
         let mut desc = SceneDesc::default();
-        args.override_scene(&mut desc);
+        args.scene.override_scene(&mut desc, args.time);
         assert_eq!((desc.film.width, desc.film.height), (64, 48));
         assert_eq!((desc.render.samples, desc.render.max_depth), (3, 0));
         assert_eq!((desc.render.shading, desc.render.shadows), (Shading::Phong, Shadows::Filtered));
@@ -302,7 +368,8 @@ mod tests {
         let ends = |flags: &str| {
             let mut desc = SceneDesc::default();
             (desc.render.samples, desc.render.error) = (9, Some(2.0));
-            parse(&format!("glimt{flags}")).unwrap().show.override_scene(&mut desc);
+            let args = parse(&format!("glimt{flags}")).unwrap().show;
+            args.scene.override_scene(&mut desc, args.time);
             (desc.render.samples, desc.render.error)
         };
         assert_eq!(ends(""), (9, Some(2.0)));
@@ -317,7 +384,7 @@ mod tests {
     fn no_flags_change_nothing() {
         let mut desc = SceneDesc::default();
         parse("glimt render a.toml").unwrap();
-        parse("glimt").unwrap().show.override_scene(&mut desc);
+        parse("glimt").unwrap().show.scene.override_scene(&mut desc, None);
         assert_eq!(desc, SceneDesc::default());
     }
 
@@ -349,6 +416,7 @@ mod tests {
             ("--shadows soft", "opaque, filtered"),
             ("--numerics exact", "classic, fast, robust, reference"),
             ("--isa mmx", "no such instruction set; here there is portable"),
+            ("--view heat", "normals, depth, uv, object"),
             ("--color sometimes", "auto, truecolor, 256, never"),
         ] {
             let message = parse(&format!("glimt {flags}")).unwrap_err();

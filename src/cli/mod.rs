@@ -4,6 +4,7 @@ mod advise;
 mod args;
 mod check;
 mod compare;
+mod explain;
 mod failure;
 mod latency;
 mod model_scene;
@@ -41,6 +42,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Some(Command::Render(args)) => (args.color.color, render(args, begun)),
         Some(Command::Check(args)) => (args.color.color, check(args)),
         Some(Command::Advise(args)) => (args.color.color, advise::run(args)),
+        Some(Command::Explain(args)) => (args.color.color, explain::explain(args)),
         Some(Command::Keys(args)) => (args.color.color, keys(args)),
         Some(Command::Compare(args)) => (args.color.color, compare::compare(args)),
         Some(Command::Study(command)) => (command.color(), study::run(command)),
@@ -121,11 +123,12 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         }
     }
     let settings = args.settings();
-    let rendered =
-        headless::render(Arc::clone(&scene), settings, args.time, args.quiet).map_err(|error| match error {
+    let rendered = headless::render(Arc::clone(&scene), args.view, settings, args.time, args.quiet).map_err(
+        |error| match error {
             Unfinished::Signal { number, .. } => Failure::Signal { number, message: error.to_string() },
             other => Failure::could_not(other),
-        })?;
+        },
+    )?;
     let saving = Instant::now();
     save_png(&rendered.film, &output).map_err(Failure::could_not)?;
     let seconds = Seconds {
@@ -136,13 +139,18 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         save: saving.elapsed().as_secs_f64(),
         total: begun.elapsed().as_secs_f64(),
     };
-    let report = Report::new(&scene, &rendered, settings, args.time, &opened.file, &output, seconds);
+    let mut report = Report::new(&scene, &rendered, settings, (args.view, args.time), &opened.file, &output, seconds);
+    report.explain = rendered.progress.first_non_finite.map(|pixel| args.scene.explain_command(pixel));
     if !args.quiet {
         if report.non_finite > 0 {
             let samples = if report.non_finite == 1 { "sample was" } else { "samples were" };
-            say(format_args!("warning: {} {samples} not finite and left out", report.non_finite));
+            let look = report.explain.as_deref().map_or(String::new(), |look| format!("; see {}", printable(look)));
+            say(format_args!("warning: {} {samples} not finite and left out{look}", report.non_finite));
         }
         say(&report);
+        if let (Some([low, high]), Some(unit)) = (report.scale, args.view.unit()) {
+            say(format_args!("{} from {low} (first colour) to {high} {unit} (last)", args.view.name()));
+        }
     }
     if args.json {
         let json = serde_json::to_string(&report).map_err(Failure::could_not)?;
@@ -177,10 +185,8 @@ fn keys(args: &KeysArgs) -> Result<ExitCode, Failure> {
 /// The scene with the flags put into it, and where its picture goes. A path that cannot be written to and a
 /// picture that is too large are found before the work, not after it.
 fn open(args: &RenderArgs) -> Result<(Opened, PathBuf), Failure> {
-    let film = args.size.map(|(width, height)| FilmDesc { width, height });
-    let mut opened = Opened::new(args.scene.as_deref(), film, args.isa.chosen()?)?;
-    args.override_scene(&mut opened.desc);
-    let output = args.output.clone().unwrap_or_else(|| opened.default_output());
+    let opened = args.scene.open(args.time)?;
+    let output = args.output.clone().unwrap_or_else(|| opened.default_output(args.view));
     if output.as_os_str() == "-" {
         let advice = "name a file such as picture.png";
         return Err(Failure::Asked(format!("pictures are not written to standard output; {advice}")));

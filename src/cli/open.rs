@@ -4,6 +4,7 @@ use super::Failure;
 use super::model_scene::scene_of_model;
 use crate::bvh::Isa;
 use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
+use crate::render::View;
 use crate::scene::{CompileError, Scene, compile_for};
 use crate::tui::FileText;
 use std::ffi::{OsStr, OsString};
@@ -102,9 +103,12 @@ impl Opened {
         self.file.file_stem().unwrap_or(OsStr::new("scene"))
     }
 
-    /// `<scene>.png` in the working directory.
-    pub fn default_output(&self) -> PathBuf {
+    /// `<scene>.png` in the working directory; of a view that does not show light `<scene>-<view>.png`.
+    pub fn default_output(&self, view: View) -> PathBuf {
         let mut name = OsString::from(self.name());
+        if view != View::Final {
+            name.push(format!("-{}", view.name()));
+        }
         name.push(".png");
         name.into()
     }

@@ -9,7 +9,7 @@ pub use memory::{TooLarge, check_memory};
 pub use report::{Report, Seconds};
 pub use signals::Signals;
 
-use crate::render::{Film, Progress, RenderError, RenderEvent, Settings, start};
+use crate::render::{Film, Layers, Progress, RenderError, RenderEvent, Scale, Settings, View, start, start_probe};
 use crate::scene::Scene;
 use meter::Meter;
 use std::fmt;
@@ -21,6 +21,8 @@ use std::time::{Duration, Instant};
 pub struct Rendered {
     /// The picture.
     pub film: Film,
+    /// What its colours mean, if it shows a quantity instead of light.
+    pub scale: Option<Scale>,
     /// What it took.
     pub progress: Progress,
     /// Wall time from the start of the workers to the last sample.
@@ -61,10 +63,11 @@ impl std::error::Error for Unfinished {}
 /// How long a signal may go unnoticed, and the bar unmoved.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Renders a scene to its end, or for this time. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM end it early; they are
+/// Renders a view of a scene to its end, or for this time. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM end it early; they are
 /// still held back when this returns, so that what follows is not cut off in the middle.
 pub fn render(
     scene: Arc<Scene>,
+    view: View,
     settings: Settings,
     time: Option<Duration>,
     quiet: bool,
@@ -72,9 +75,19 @@ pub fn render(
     let signals = Signals::listen().map_err(Unfinished::Signals)?;
     let begun = Instant::now();
     let mut film = Film::new(scene.width, scene.height);
-    let mut progress = Progress::new(&scene, settings.threads.get(), begun);
+    let mut layers = match (view, view.probe()) {
+        (View::Final, _) | (_, Some(_)) => None,
+        _ => Some(Layers::new(scene.width, scene.height)),
+    };
+    let mut progress = match view.probe() {
+        Some(_) => Progress::of_probe(&scene, settings.threads.get(), begun),
+        None => Progress::new(&scene, settings.threads.get(), begun),
+    };
     let mut meter = Meter::new(quiet, &scene, settings, begun);
-    let handle = start(scene, settings);
+    let handle = match view.probe() {
+        Some(probe) => start_probe(scene, probe, settings),
+        None => start(scene, settings),
+    };
     if let Some(time) = time {
         progress.set_time_limit(time);
         handle.finish_by(begun + time);
@@ -90,7 +103,12 @@ pub fn render(
             Ok(event) => {
                 progress.update(&event, now);
                 match event {
-                    RenderEvent::TileFinished { tile, .. } => film.write(&tile),
+                    RenderEvent::TileFinished { tile, .. } => {
+                        film.write(&tile);
+                        if let Some(layers) = &mut layers {
+                            layers.write(&tile);
+                        }
+                    }
                     RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
                     RenderEvent::Finished => break,
                     RenderEvent::Failed(error) => {
@@ -109,5 +127,14 @@ pub fn render(
         meter.show(&progress, now);
     }
     meter.end();
-    Ok(Rendered { film, progress, time: begun.elapsed() })
+    let time = begun.elapsed();
+    let values = layers.and_then(|layers| layers.values(view)).unwrap_or(film);
+    let (film, scale) = match view {
+        View::Final => (values, None),
+        _ => {
+            let (film, scale) = view.paint(&values);
+            (film, view.unit().map(|_| scale))
+        }
+    };
+    Ok(Rendered { film, scale, progress, time })
 }

@@ -4,7 +4,7 @@ use super::meter::span;
 use super::{Rendered, memory};
 use crate::bvh::BvhStats;
 use crate::description::printable;
-use crate::render::{Cut, Settings};
+use crate::render::{Cut, Settings, View};
 use crate::scene::{Imported, Scene};
 use serde::Serialize;
 use std::fmt;
@@ -21,6 +21,10 @@ pub struct Report {
     pub scene: String,
     /// Where the picture went.
     pub output: String,
+    /// What the picture shows.
+    pub view: &'static str,
+    /// Of a view that shows a quantity: what the first and the last colour stand for.
+    pub scale: Option<[f32; 2]>,
     /// Pixels across and down.
     pub size: [u32; 2],
     /// Samples a pixel; the most that one may get if there is an error to reach.
@@ -61,6 +65,8 @@ pub struct Report {
     pub workers: Vec<Worker>,
     /// Samples left out because they were not finite.
     pub non_finite: u64,
+    /// The command that shows the rays of the first pixel with such a sample; `null` if there is none.
+    pub explain: Option<String>,
     /// The most memory that the process ever held; `null` where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
     /// Hash (XXH3, 64 bits, hexadecimal) of size and linear pixels: equal for bit-identical pictures.
@@ -224,7 +230,7 @@ impl Report {
         scene: &Scene,
         rendered: &Rendered,
         settings: Settings,
-        time_limit: Option<Duration>,
+        (view, time_limit): (View, Option<Duration>),
         file: &Path,
         output: &Path,
         seconds: Seconds,
@@ -246,6 +252,8 @@ impl Report {
             version: env!("CARGO_PKG_VERSION"),
             scene: file.to_string_lossy().into_owned(),
             output: output.to_string_lossy().into_owned(),
+            view: view.name(),
+            scale: rendered.scale.map(|scale| [scale.low, scale.high]),
             size: [scene.width, scene.height],
             samples: scene.render.samples,
             samples_per_pixel: rays.camera as f64 / (f64::from(scene.width) * f64::from(scene.height)),
@@ -272,6 +280,7 @@ impl Report {
             rays_per_second: rays.total() as f64 / seconds.trace.max(1e-9),
             workers: workers.collect(),
             non_finite: progress.non_finite,
+            explain: None,
             peak_memory_bytes: memory::peak(),
             pixel_hash: format!("{:016x}", rendered.film.hash()),
             contents: Contents {

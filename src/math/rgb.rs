@@ -1,9 +1,11 @@
 //! Linear colour.
 
+use serde::Serialize;
 use std::ops::{Add, AddAssign, Div, Mul};
 
 /// Linear Rec. 709 colour or radiance: unbounded, one f64 per channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(into = "[f64; 3]")]
 pub struct Rgb {
     /// Red.
     pub r: f64,
@@ -42,6 +44,12 @@ impl Rgb {
     /// Channels as f32, for storage in a film.
     pub fn to_f32(self) -> [f32; 3] {
         [self.r as f32, self.g as f32, self.b as f32]
+    }
+}
+
+impl From<Rgb> for [f64; 3] {
+    fn from(c: Rgb) -> Self {
+        [c.r, c.g, c.b]
     }
 }
 

@@ -51,6 +51,8 @@ pub struct TileImage {
     pub samples: Vec<u32>,
     /// Expected error of each pixel, 8-bit codes: root mean square over the channels. Empty as long as nothing can be said.
     pub errors: Vec<f32>,
+    /// Samples of each pixel that were not finite. Empty if all are.
+    pub non_finite: Vec<u32>,
 }
 
 /// What one pass over one tile took.

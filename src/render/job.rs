@@ -8,8 +8,9 @@ use super::pass::{COARSEST, Pass};
 use super::pixel::JUDGED;
 use super::round::Round;
 use super::tile::{Batch, Rect, Tile, Traced, Tracer, is_valid_side};
+use crate::description::Filter;
 use crate::scene::Scene;
-use crate::shading::sampler;
+use crate::shading::{Probe, Sampler, probe_sampler, sampler};
 use crossbeam_channel::{Receiver, Sender, TrySendError, bounded, unbounded};
 use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -93,6 +94,21 @@ impl Drop for RenderHandle {
 /// # Panics
 /// If `settings.tile_size` is not a multiple of 8.
 pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
+    let (filter, sampler) = (Some(scene.render.filter), sampler(&scene));
+    launch(scene, settings, sampler, filter)
+}
+
+/// Starts worker threads that tell something else than light: the pixels of the tiles hold what [`Probe`] says, found through
+/// the middle of each pixel.
+///
+/// # Panics
+/// As [`start`].
+pub fn start_probe(scene: Arc<Scene>, probe: Probe, settings: Settings) -> RenderHandle {
+    let sampler = probe_sampler(&scene, probe);
+    launch(scene, settings, sampler, None)
+}
+
+fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Option<Filter>) -> RenderHandle {
     assert!(is_valid_side(settings.tile_size), "tile size {} is not a multiple of 8", settings.tile_size);
     let (event_sender, events) = bounded(EVENTS_IN_FLIGHT);
     let (queue_sender, queue) = unbounded();
@@ -100,10 +116,13 @@ pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
     let control = Arc::new(Control::new(tiles.len()));
     let render = scene.render;
     // Fewer samples than can be judged are the same everywhere.
-    let target = render.error.filter(|_| render.samples > JUDGED);
+    let target = render.error.filter(|_| render.samples > JUDGED && filter.is_some());
+    let samples = if filter.is_some() { render.samples } else { 1 };
     let shared = Arc::new(Shared {
-        passes: if target.is_some() { Pass::lattices() } else { Pass::sequence(render.samples) },
+        passes: if target.is_some() { Pass::lattices() } else { Pass::sequence(samples) },
         target,
+        sampler,
+        filter,
         map: target.map(|_| Map::new(scene.width, scene.height)),
         scene,
         control: control.clone(),
@@ -162,6 +181,8 @@ enum Step {
 /// What all workers know.
 struct Shared {
     scene: Arc<Scene>,
+    sampler: Sampler,
+    filter: Option<Filter>,
     /// Those that are the same for every picture.
     passes: Vec<Pass>,
     /// The error to reach by rounds of refinement after the passes.
@@ -237,8 +258,8 @@ impl Worker {
     }
 
     fn tracer(&self) -> Tracer<'_> {
-        let Shared { scene, control, .. } = &*self.shared;
-        Tracer { scene, sampler: sampler(scene), control }
+        let Shared { scene, sampler, filter, control, .. } = &*self.shared;
+        Tracer { scene, sampler: *sampler, filter: *filter, control }
     }
 
     /// Traces a pass of the list.

@@ -78,6 +78,11 @@ impl Pixel {
         self.traced
     }
 
+    /// Samples that were left out since they are not finite.
+    pub fn non_finite(&self) -> u32 {
+        self.traced - self.count
+    }
+
     /// Mean of the samples: linear radiance.
     pub fn mean(&self) -> Rgb {
         self.sum / f64::from(self.count.max(1))

@@ -19,6 +19,8 @@ pub struct Progress {
     pub rays: RayCounts,
     /// Samples that were not finite and are left out.
     pub non_finite: u64,
+    /// The first pixel in reading order that has such samples: column and row.
+    pub first_non_finite: Option<(u32, u32)>,
     /// One entry a worker.
     pub workers: Vec<WorkerProgress>,
     /// The furthest pass that was reported, of `passes_total`.
@@ -76,6 +78,11 @@ impl Progress {
         progress
     }
 
+    /// The same for [`start_probe`](super::start_probe), which takes one sample a pixel.
+    pub fn of_probe(scene: &Scene, threads: usize, now: Instant) -> Self {
+        Self::of_film(scene.width, scene.height, 1, threads, now)
+    }
+
     /// Tells when the render will be ended, in time rendered.
     pub fn set_time_limit(&mut self, limit: Duration) {
         self.time_limit = Some(limit);
@@ -89,6 +96,7 @@ impl Progress {
             samples_done: 0,
             rays: RayCounts::default(),
             non_finite: 0,
+            first_non_finite: None,
             workers: vec![WorkerProgress::default(); threads],
             pass: None,
             pass_number: 0,
@@ -124,6 +132,12 @@ impl Progress {
                 self.samples_done += stats.samples;
                 self.rays += stats.rays;
                 self.non_finite += stats.non_finite;
+                if let Some(at) = tile.non_finite.iter().position(|samples| *samples > 0) {
+                    let (column, row) = (at as u32 % tile.rect.width, at as u32 / tile.rect.width);
+                    let pixel = (tile.rect.x + column, tile.rect.y + row);
+                    let earlier = self.first_non_finite.filter(|first| (first.1, first.0) < (pixel.1, pixel.0));
+                    self.first_non_finite = earlier.or(Some(pixel));
+                }
                 if let Some(worker) = self.workers.get_mut(*worker) {
                     worker.tiles += 1;
                     worker.busy += stats.busy;

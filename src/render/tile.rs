@@ -79,6 +79,8 @@ impl Batch {
 pub(super) struct Tracer<'a> {
     pub scene: &'a Scene,
     pub sampler: Sampler,
+    /// How samples are spread over a pixel; `None`: all in its middle.
+    pub filter: Option<Filter>,
     pub control: &'a Control,
 }
 
@@ -190,7 +192,7 @@ impl Tile {
         'all: for &(at, to) in &wanted {
             let (px, py) = (x + at % columns * self.step, y + at / columns * self.step);
             for index in self.pixels[at as usize].traced()..to {
-                batch.points.push(film_point(tracer.scene.render.filter, px, py, index));
+                batch.points.push(film_point(tracer.filter, px, py, index));
                 batch.pixels.push(at);
                 if batch.points.len() == BATCH {
                     traced = self.trace_batch(tracer, batch, stats, &mut start);
@@ -213,7 +215,7 @@ impl Tile {
     /// Traces the samples that wait in `batch`, and adds them in their order.
     fn trace_batch(
         &mut self,
-        Tracer { scene, sampler, control }: Tracer,
+        Tracer { scene, sampler, control, .. }: Tracer,
         batch: &mut Batch,
         stats: &mut TileStats,
         start: &mut Instant,
@@ -300,10 +302,16 @@ impl Tile {
         let (step, (columns, _)) = (self.step as usize, self.size());
         let mut pixels = Vec::with_capacity(self.rect.area() as usize);
         let mut samples = vec![0; self.rect.area() as usize];
+        let all_finite = self.pixels.iter().all(|pixel| pixel.non_finite() == 0);
+        let mut non_finite = if all_finite { Vec::new() } else { samples.clone() };
         for (row, line) in self.pixels.chunks(columns as usize).enumerate() {
             let start = pixels.len();
             for (column, pixel) in line.iter().enumerate() {
-                samples[row * step * width as usize + column * step] = pixel.traced();
+                let at = row * step * width as usize + column * step;
+                samples[at] = pixel.traced();
+                if !all_finite {
+                    non_finite[at] = pixel.non_finite();
+                }
                 let repeated = step.min(width as usize - column * step);
                 pixels.extend(std::iter::repeat_n(pixel.mean().to_f32(), repeated));
             }
@@ -311,16 +319,17 @@ impl Tile {
                 pixels.extend_from_within(start..start + width as usize);
             }
         }
-        TileImage { rect: self.rect, pixels, samples, errors: Vec::new() }
+        TileImage { rect: self.rect, pixels, samples, errors: Vec::new(), non_finite }
     }
 }
 
-/// Where on the film sample `index` of a pixel is.
-fn film_point(filter: Filter, x: u32, y: u32, index: u32) -> DVec2 {
+/// Where on the film sample `index` of a pixel is; without a filter in the pixel's middle.
+pub(super) fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {
-        Filter::Box => (u, v),
-        Filter::Tent => (tent(u), tent(v)),
+        None => (0.5, 0.5),
+        Some(Filter::Box) => (u, v),
+        Some(Filter::Tent) => (tent(u), tent(v)),
     };
     DVec2::new(f64::from(x) + u, f64::from(y) + v)
 }

@@ -120,6 +120,11 @@ impl Mesh {
         self.tree.occluded::<K>(ray)
     }
 
+    /// Nodes and blocks of triangles that a ray of object space looks at; with `any`, until it meets one.
+    pub fn visits<K: TreeKernels>(&self, ray: &Ray, any: bool) -> u64 {
+        self.tree.visits::<K>(ray, any)
+    }
+
     /// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.
     pub fn surface(&self, triangle: u32, u: f64, v: f64) -> SurfacePoint {
         let [a, b, c] = self.corners(triangle);

@@ -14,6 +14,7 @@ mod pick;
 mod summary;
 mod texture;
 mod traverse;
+mod visits;
 
 pub use camera::Camera;
 pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};

@@ -40,16 +40,16 @@ impl Object {
 }
 
 /// Finds the closest hit among the objects in the leaves.
-struct Closest<'a, K> {
+pub(super) struct Closest<'a, K> {
     scene: &'a Scene,
-    ray: Ray,
-    best: Option<Hit>,
+    pub(super) ray: Ray,
+    pub(super) best: Option<Hit>,
     kernels: PhantomData<K>,
 }
 
 impl<K: TreeKernels> Closest<'_, K> {
     /// Tests one object and returns where the ray ends now.
-    fn test(&mut self, index: u32, t_max: f64) -> f64 {
+    pub(super) fn test(&mut self, index: u32, t_max: f64) -> f64 {
         let object = &self.scene.geometry.objects[index as usize];
         match object.intersect::<K>(&Ray { t_max, ..self.ray }, index) {
             Some(hit) if self.best.is_none_or(|b| hit.beats(&b)) => {

@@ -2,6 +2,7 @@
 
 use super::crossing::{Crossing, cross, slack};
 use super::packet::{Beam, Level, Lighting, Surface};
+use super::record::Recorder;
 use super::sampler::terms;
 use crate::bvh::TreeKernels;
 use crate::description::Shadows;
@@ -12,15 +13,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Adds k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s to the sums of a packet, light after light. Returns how many
 /// shadow rays that took; they are traced for lights in front of a surface only.
-pub(super) fn add_lights<K: TreeKernels, const TERMS: u8>(
+pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scene: &Scene,
     lighting: &mut Lighting,
     level: &mut Level,
     packets: &mut PacketScratch,
+    recorder: &mut R,
     stop: &AtomicBool,
 ) -> u64 {
     let mut traced = 0;
-    for light in &scene.lights {
+    for (index, light) in scene.lights.iter().enumerate() {
         if stop.load(Ordering::Relaxed) {
             break;
         }
@@ -33,16 +35,21 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8>(
                 lighting.occlude::<K>(scene, packets);
             }
         }
+        recorder.light::<K>(scene, index, lighting);
         for beam in lighting.beams.iter().filter(|beam| beam.part != 0.0) {
             let surface = &lighting.surfaces[beam.surface as usize];
             let material = &scene.materials[surface.material as usize];
-            let mut response = surface.color * (material.diffuse * beam.cosine);
+            let diffuse = surface.color * (material.diffuse * beam.cosine);
+            let (mut response, mut specular) = (diffuse, 0.0);
             if TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
                 let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
                 let highlight = K::highlight(mirrored.dot(surface.view), material.shininess);
-                response += Rgb::grey(material.specular * highlight);
+                specular = material.specular * highlight;
+                response += Rgb::grey(specular);
             }
-            level.sums[surface.index as usize] += beam.radiance * response * beam.part;
+            let sum = beam.radiance * response * beam.part;
+            recorder.add(beam, diffuse, specular, sum);
+            level.sums[surface.index as usize] += sum;
         }
     }
     traced

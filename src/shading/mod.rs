@@ -12,10 +12,17 @@
 mod crossing;
 mod local;
 mod packet;
+mod probe;
 mod radiance;
+mod ray_tree;
+mod record;
 mod sample;
 mod sampler;
 
 pub use packet::Scratch;
+pub use probe::{Probe, probe_sampler};
+pub use ray_tree::{
+    Branch, Coefficients, Cut, Emphasis, End, LightTerm, Line, Medium, Passed, RayKind, RayTree, SurfaceTerms,
+};
 pub use sample::{RayCounts, Sample};
-pub use sampler::{Sampler, sampler};
+pub use sampler::{Sampler, sampler, trace_tree};

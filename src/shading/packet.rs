@@ -7,11 +7,13 @@ use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
 #[derive(Debug, Default)]
-pub struct Scratch {
+pub struct Scratch<R = ()> {
     /// One a depth.
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
     pub(super) packets: PacketScratch,
+    /// Hears what is traced.
+    pub(super) recorder: R,
 }
 
 /// What lies between the eye and the start of a ray.
@@ -89,6 +91,13 @@ pub(super) struct Beam {
     pub radiance: Rgb,
     /// The part of it that arrives.
     pub part: f64,
+}
+
+impl<R> Scratch<R> {
+    /// Empty room, and a recorder.
+    pub(super) fn with(recorder: R) -> Self {
+        Self { levels: Vec::new(), lighting: Lighting::default(), packets: PacketScratch::default(), recorder }
+    }
 }
 
 impl Level {

@@ -3,6 +3,8 @@
 use super::crossing::{Crossing, Split, cross, slack, split};
 use super::local::add_lights;
 use super::packet::{Level, Lighting, Path, Scratch, Surface};
+use super::ray_tree::{Cut, RayKind};
+use super::record::Recorder;
 use super::sample::{RayCounts, Sample};
 use super::sampler::terms;
 use crate::bvh::TreeKernels;
@@ -13,15 +15,15 @@ use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A [`Sampler`](super::Sampler) for scenes that need no more than `TERMS`.
-pub(super) fn trace<K: TreeKernels, const TERMS: u8>(
+pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scene: &Scene,
     points: &[DVec2],
     samples: &mut [Sample],
     counts: &mut RayCounts,
-    scratch: &mut Scratch,
+    scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    let Scratch { levels, lighting, packets } = scratch;
+    let Scratch { levels, lighting, packets, recorder } = scratch;
     let depths = if TERMS & terms::MIRRORS != 0 { scene.render.max_depth as usize + 1 } else { 1 };
     if levels.len() < depths {
         levels.resize_with(depths, Level::default);
@@ -38,23 +40,26 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8>(
         first.paths.push(Path { sample, parent: 0, share: 1.0, weight: 1.0 });
     }
     counts.camera += points.len() as u64;
-    let mut tracer = Tracer { scene, samples, counts, lighting, packets, stop };
+    let mut tracer = Tracer { scene, samples, counts, lighting, packets, recorder, stop };
+    tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
+    tracer.recorder.end(&levels[0]);
     for (sample, &sum) in samples.iter_mut().zip(&levels[0].sums) {
         sample.radiance = sum;
     }
 }
 
-struct Tracer<'a> {
+struct Tracer<'a, R> {
     scene: &'a Scene,
     samples: &'a mut [Sample],
     counts: &'a mut RayCounts,
     lighting: &'a mut Lighting,
     packets: &'a mut PacketScratch,
+    recorder: &'a mut R,
     stop: &'a AtomicBool,
 }
 
-impl Tracer<'_> {
+impl<R: Recorder> Tracer<'_, R> {
     /// What the rays of the first level see, which have been reflected and refracted `depth` times. The other levels are room
     /// for what follows.
     fn radiance<K: TreeKernels, const TERMS: u8>(&mut self, levels: &mut [Level], depth: u32) {
@@ -70,26 +75,35 @@ impl Tracer<'_> {
         for index in 0..level.rays.len() {
             self.meet::<K, TERMS>(level, index, depth);
         }
-        self.counts.shadow += add_lights::<K, TERMS>(self.scene, self.lighting, level, self.packets, self.stop);
+        self.counts.shadow +=
+            add_lights::<K, TERMS, R>(self.scene, self.lighting, level, self.packets, self.recorder, self.stop);
         if TERMS & terms::MIRRORS != 0 {
             let Some(next) = deeper.first_mut() else { return };
             next.take(&mut level.reflected);
             self.counts.reflection += next.rays.len() as u64;
-            self.follow::<K, TERMS>(&mut level.sums, deeper, depth + 1);
+            self.follow::<K, TERMS>(RayKind::Reflection, &mut level.sums, deeper, depth + 1);
         }
         if TERMS & terms::GLASS != 0 {
             let Some(next) = deeper.first_mut() else { return };
             // Asked only now, so that what is cut off a sample is added up in the order of its ray tree.
-            level.refracted.retain(|path| self.worth_it(path));
+            level.refracted.retain(|path| self.worth_it(path, RayKind::Refraction));
             next.take(&mut level.refracted);
             self.counts.refraction += next.rays.len() as u64;
-            self.follow::<K, TERMS>(&mut level.sums, deeper, depth + 1);
+            self.follow::<K, TERMS>(RayKind::Refraction, &mut level.sums, deeper, depth + 1);
         }
     }
 
     /// Adds what the rays of the first level see to the sums of those that they come from.
-    fn follow<K: TreeKernels, const TERMS: u8>(&mut self, sums: &mut [Rgb], levels: &mut [Level], depth: u32) {
+    fn follow<K: TreeKernels, const TERMS: u8>(
+        &mut self,
+        kind: RayKind,
+        sums: &mut [Rgb],
+        levels: &mut [Level],
+        depth: u32,
+    ) {
+        self.recorder.begin::<K>(self.scene, kind, &levels[0]);
         self.radiance::<K, TERMS>(levels, depth);
+        self.recorder.end(&levels[0]);
         for (path, &sum) in levels[0].paths.iter().zip(&levels[0].sums) {
             sums[path.parent as usize] += sum * path.share;
         }
@@ -102,7 +116,7 @@ impl Tracer<'_> {
         let mut beyond = None;
         let met = match level.hits[index] {
             Some(hit) if TERMS & terms::GLASS != 0 => {
-                surface::<K>(scene, &mut ray, hit, &mut level.media[index], &mut beyond)
+                surface::<K, R>(scene, &mut ray, hit, &mut level.media[index], &mut beyond, self.recorder)
             }
             hit => hit.map(|hit| scene.interaction::<K>(&ray, &hit)),
         };
@@ -116,7 +130,9 @@ impl Tracer<'_> {
         let side = if interaction.entering { 1.0 } else { -1.0 };
         let normal = interaction.shading_normal * side;
         let color = material.color(|| scene.uv(&interaction));
-        level.sums[index] = scene.world.ambient * color * material.ambient;
+        let ambient = scene.world.ambient * color * material.ambient;
+        self.recorder.meet(scene, &interaction, color, ambient, beyond.as_ref());
+        level.sums[index] = ambient;
         let index = index as u32;
         if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
             self.lighting.surfaces.push(Surface {
@@ -133,7 +149,9 @@ impl Tracer<'_> {
             return;
         }
         if depth >= scene.render.max_depth {
-            self.samples[sample as usize].cut += weight * (material.reflect + material.transmit);
+            let weight = weight * (material.reflect + material.transmit);
+            self.samples[sample as usize].cut += weight;
+            self.recorder.cut(Cut { kind: None, weight, depth: true });
             return;
         }
         let media = level.media.get(index as usize);
@@ -146,7 +164,7 @@ impl Tracer<'_> {
         let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
         let path = |share: f64| Path { sample, parent: index, share, weight: weight * (share / gain) };
         let onward = path(mirrored);
-        if self.worth_it(&onward) {
+        if self.worth_it(&onward, RayKind::Reflection) {
             let direction = reflect(ray.direction, normal, facet);
             level.reflected.push(interaction.spawn_ray::<K>(direction), onward, media);
         }
@@ -156,10 +174,11 @@ impl Tracer<'_> {
     }
 
     /// Whether a path is worth following; if not, its weight is noted.
-    fn worth_it(&mut self, path: &Path) -> bool {
+    fn worth_it(&mut self, path: &Path, kind: RayKind) -> bool {
         let worth_it = path.weight >= self.scene.least_weight;
         if !worth_it {
             self.samples[path.sample as usize].cut += path.weight;
+            self.recorder.cut(Cut { kind: Some(kind), weight: path.weight, depth: false });
         }
         worth_it
     }
@@ -167,12 +186,13 @@ impl Tracer<'_> {
 
 /// The surface that a ray ends on, past those that change nothing; `beyond` gets the media behind it, if light gets there. `ray`
 /// and `media` are brought to where the ray arrives at it.
-fn surface<K: TreeKernels>(
+fn surface<K: TreeKernels, R: Recorder>(
     scene: &Scene,
     ray: &mut Ray,
     mut hit: Hit,
     media: &mut MediumStack,
     beyond: &mut Option<MediumStack>,
+    recorder: &mut R,
 ) -> Option<SurfaceInteraction> {
     loop {
         let interaction = scene.interaction::<K>(ray, &hit);
@@ -187,6 +207,7 @@ fn surface<K: TreeKernels>(
                 return Some(interaction);
             }
             Crossing::Nothing(behind) => {
+                recorder.pass(scene, &hit);
                 // On with the same ray: nothing is computed anew.
                 ray.t_min = hit.t + slack;
                 *media = behind;

@@ -10,7 +10,7 @@ use crate::bvh::Isa;
 use crate::description::printable;
 use crate::render::{RenderHandle, Settings, start};
 use crate::scene::{compile_for, recompile};
-use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, never, select, unbounded};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use std::num::NonZeroUsize;
@@ -22,6 +22,9 @@ const FRAME: Duration = Duration::from_millis(33);
 const QUICK_FRAME: Duration = Duration::from_millis(8);
 /// Time between two frames while only clocks run.
 const CLOCK_FRAME: Duration = Duration::from_millis(125);
+/// Tiles are asked for so often: were the loop woken for each, it would take the time of a worker (the first picture of
+/// 1280x720 has 920 tiles).
+const POLL: Duration = Duration::from_millis(2);
 /// Events are taken in for not longer than this before the next frame has a chance.
 const BATCH: Duration = Duration::from_millis(8);
 
@@ -72,37 +75,33 @@ impl Engine {
     /// Waits for an event or the time of the next frame, or `at_most` until then, and takes in all that has come. What is
     /// left to be done.
     pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
-        let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
         let frame = [self.frame_due, clock].into_iter().flatten().min();
-        let until = [frame, self.app.leaves_by(), at_most].into_iter().flatten().min();
+        let tiles = self.render.as_ref().map(|_| Instant::now() + POLL);
+        let until = [frame, tiles, self.app.leaves_by(), at_most].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
-        let event = select! {
-            recv(self.events.1) -> event => event.ok(),
-            recv(rendered) -> event => {
-                if event.is_err() {
-                    // All is told.
-                    self.render = None;
-                }
-                event.ok().map(Event::Render)
-            }
+        let mut effects = select! {
+            recv(self.events.1) -> event => event.map_or_else(|_| Vec::new(), |event| self.take(event)),
             recv(wait) -> now => {
-                self.frame_due = frame.filter(|due| now.is_ok_and(|now| *due <= now));
-                None
+                self.frame_due = match (now, frame) {
+                    (Ok(now), Some(due)) if due <= now => Some(now),
+                    _ => self.frame_due,
+                };
+                Vec::new()
             }
         };
-        let Some(event) = event else { return Vec::new() };
-        let mut effects = self.take(event);
         let end = Instant::now() + BATCH;
         // A whole picture of an edit is shown before more is taken in.
         while self.app.exit().is_none() && !self.app.is_awaited() && Instant::now() < end {
             // Keys before tiles.
             if let Ok(event) = self.events.1.try_recv() {
                 effects.extend(self.take(event));
-            } else if let Some(Ok(event)) = self.render.as_ref().map(|render| render.events().try_recv()) {
-                effects.extend(self.take(Event::Render(event)));
-            } else {
-                break;
+                continue;
+            }
+            match self.render.as_ref().map(|render| render.events().try_recv()) {
+                Some(Ok(event)) => effects.extend(self.take(Event::Render(event))),
+                Some(Err(TryRecvError::Disconnected)) => self.render = None, // All is told.
+                Some(Err(TryRecvError::Empty)) | None => break,
             }
         }
         effects

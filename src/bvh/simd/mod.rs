@@ -19,7 +19,7 @@ pub use buffer::filled;
 pub use portable::Portable;
 pub use slab::SlabLanes;
 pub use task::Task;
-pub use traverse::LeafVisitor;
+pub use traverse::{Counted, LeafVisitor};
 
 use std::fmt;
 use std::str::FromStr;

@@ -22,6 +22,37 @@ pub trait LeafVisitor: Sized {
 
     /// Tests a block against the ray; lowers `t_max` when there is a hit before it. True ends the search.
     fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool;
+
+    /// An inner node is opened: its eight boxes are tested.
+    #[inline(always)]
+    fn open(&mut self) {}
+}
+
+/// A visitor, and how many nodes and blocks the traversal looks at for it.
+pub struct Counted<V> {
+    /// What does the work.
+    pub visitor: V,
+    /// Inner nodes opened and blocks tested.
+    pub visits: u64,
+}
+
+impl<V: LeafVisitor> LeafVisitor for Counted<V> {
+    type Source = V::Source;
+    const ANY_HIT: bool = V::ANY_HIT;
+
+    fn new(source: V::Source, ray: &Ray) -> Self {
+        Self { visitor: V::new(source, ray), visits: 0 }
+    }
+
+    fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool {
+        self.visits += 1;
+        self.visitor.visit(lanes, block, t_max)
+    }
+
+    fn open(&mut self) {
+        self.visits += 1;
+        self.visitor.open();
+    }
 }
 
 impl Bvh {
@@ -99,6 +130,7 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
     let mut current = Child(0);
     loop {
         if !current.is_leaf() {
+            visitor.open();
             // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).
             let node = unsafe { tree.nodes.get_unchecked(current.0 as usize) };
             let (mut mask, distances) = test.entries(lanes, &prepared, &node.planes, limit);

@@ -184,7 +184,7 @@ fn repeated(effort: &Effort) -> Sweep {
         rect: Rect { x: 0, y: 0, width: 7, height: 5 },
         pixels,
         samples: vec![1; 35],
-        errors: Vec::new(),
+        ..TileImage::default()
     });
     let file = std::env::temp_dir().join(format!("glimt-stability-{}.png", std::process::id()));
     save_png(&film, &file).unwrap_or_else(|error| panic!("cannot write {}: {error}", file.display()));

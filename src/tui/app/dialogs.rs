@@ -201,10 +201,12 @@ impl App {
                 }
             }
             Some(Dialog::Color(color, targets, label)) => {
-                if color.paste(text) {
-                    let (value, targets, label) = (Value::Color(color.color()), targets.clone(), *label);
-                    self.set_live(&targets, label, &value);
+                let (taken, targets, label) = (color.paste(text), targets.clone(), *label);
+                if !taken {
+                    return Vec::new();
                 }
+                let value = Value::Color(color.color());
+                self.set_live(&targets, label, &value);
             }
             _ => {}
         }

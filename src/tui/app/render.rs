@@ -10,11 +10,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// What is to be compiled, the scene whose parts can be shared, and the files that are others now than those it was made of.
+pub type Compile = (Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>);
+
 impl App {
     /// What has to be compiled now: nothing if nothing was edited or the compiler is still at work. To be asked when a
     /// batch of events is taken in, so that a burst of keys is one restart. With it the scene whose parts can be shared,
     /// and the files that are others now than those it was made of.
-    pub fn begin_compile(&mut self) -> Option<(Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>)> {
+    pub fn begin_compile(&mut self) -> Option<Compile> {
         if self.compiling || !std::mem::take(&mut self.edited) {
             return None;
         }
