@@ -29,6 +29,7 @@ mod format;
 pub mod key;
 pub mod keymap;
 pub mod layout;
+mod legend;
 mod listen;
 pub mod numbers;
 mod pacer;
@@ -36,6 +37,7 @@ mod panel;
 pub mod preview;
 pub mod properties;
 mod session;
+pub mod shown;
 pub mod side;
 mod status;
 mod terminal;
@@ -51,6 +53,7 @@ pub use keymap::Keymap;
 
 use crate::bvh::Isa;
 use crate::description::SceneDesc;
+use crate::render::View;
 use crate::scene::{CompileError, Scene};
 use std::fmt;
 use std::io;
@@ -82,6 +85,8 @@ pub struct Options {
     pub isa: Isa,
     /// Colours of the terminal.
     pub color: ColorChoice,
+    /// What the picture shows at the start.
+    pub view: View,
 }
 
 /// `--color`: which colours are sent to the terminal.

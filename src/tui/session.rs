@@ -12,7 +12,7 @@ use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
 use crate::bvh::Isa;
 use crate::output::save_png;
-use crate::render::{Film, RenderHandle, Settings, start};
+use crate::render::{Film, RenderHandle, Settings, View, start, start_probe};
 use crate::scene::{compile_for, recompile};
 use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
 use ratatui::buffer::Buffer;
@@ -39,6 +39,8 @@ struct Session {
     isa: Isa,
     settings: Settings,
     render: Option<RenderHandle>,
+    /// What is traced for a view of the picture.
+    probe: Option<RenderHandle>,
     events: (Sender<Event>, Receiver<Event>),
     mailbox: Mailbox,
     guard: Guard,
@@ -61,6 +63,10 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
+    }
+    // Nothing is traced for it before there is a scene.
+    if options.view != View::Final {
+        drop(app.show(options.view));
     }
     app.set_keymap(options.keymap);
     app.set_directory(options.directory);
@@ -107,6 +113,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         isa,
         settings,
         render: None,
+        probe: None,
         events,
         mailbox,
         guard,
@@ -125,7 +132,7 @@ impl Session {
         while self.app.exit().is_none() {
             if let Some((desc, previous, changed)) = self.app.begin_compile() {
                 // Its workers make room at once; its picture stays.
-                self.render = None;
+                (self.render, self.probe) = (None, None);
                 let (isa, events) = (self.isa, self.events.0.clone());
                 let begun = spawn("compiler", &self.events.0, move || {
                     let compiled = match previous.as_deref() {
@@ -151,6 +158,7 @@ impl Session {
     /// Waits for an event or the time of the next frame, and takes in all that has come.
     fn take_events(&mut self) {
         let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
+        let probed = self.probe.as_ref().map_or_else(never, |probe| probe.events().clone());
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
         let until = [self.frame_due, clock, self.app.leaves_by()].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
@@ -162,6 +170,12 @@ impl Session {
                     self.render = None;
                 }
                 event.ok().map(Event::Render)
+            }
+            recv(probed) -> event => {
+                if event.is_err() {
+                    self.probe = None;
+                }
+                event.ok().map(Event::Probed)
             }
             recv(wait) -> now => {
                 self.frame_due = now.ok();
@@ -177,6 +191,8 @@ impl Session {
                 self.take(event);
             } else if let Some(Ok(event)) = self.render.as_ref().map(|render| render.events().try_recv()) {
                 self.take(Event::Render(event));
+            } else if let Some(Ok(event)) = self.probe.as_ref().map(|probe| probe.events().try_recv()) {
+                self.take(Event::Probed(event));
             } else {
                 break;
             }
@@ -185,7 +201,7 @@ impl Session {
 
     fn take(&mut self, event: Event) {
         let now = Instant::now();
-        let period = if matches!(event, Event::Render(_)) { FRAME } else { QUICK_FRAME };
+        let period = if matches!(event, Event::Render(_) | Event::Probed(_)) { FRAME } else { QUICK_FRAME };
         let due = self.last_frame + period;
         self.frame_due = Some(self.frame_due.map_or(due, |earlier| earlier.min(due)));
         for effect in self.app.update(event, now) {
@@ -206,6 +222,9 @@ impl Session {
             Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
             Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
+            Effect::Probe(wanted) => {
+                self.probe = wanted.map(|(scene, probe)| start_probe(scene, probe, self.settings));
+            }
             Effect::Pause(paused) => match &self.render {
                 Some(render) if paused => render.pause(),
                 Some(render) => render.resume(),

@@ -43,6 +43,12 @@ impl App {
                 }
                 // Any other key closes it.
             }
+            Dialog::Rays(rays) => {
+                if rays.command(command, self.size.1) {
+                    self.dialog = Some(dialog);
+                }
+                // Any other key closes it.
+            }
             Dialog::Palette(palette) => match palette.key(key, command) {
                 Some(chosen) => return self.command(chosen, now),
                 None => self.dialog = Some(dialog),

@@ -25,7 +25,7 @@ impl App {
 
     /// Brings preview and numbers up to date for a frame at `now`.
     pub fn refresh(&mut self, now: Instant) {
-        self.preview.refresh(&self.film);
+        self.refresh_picture(now);
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
         if ended || self.numbers.as_ref().is_none_or(|numbers| numbers.are_old(now)) {
             let before = self.numbers.take();
@@ -86,6 +86,7 @@ impl App {
                 self.changed.clear();
                 if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
                     self.film = Arc::new(Film::new(scene.width, scene.height));
+                    self.shown.resize(scene.width, scene.height);
                     self.lay_out();
                 }
                 if let (None, Some(warning)) = (&self.scene, scene.summary.warnings.first()) {
@@ -99,7 +100,7 @@ impl App {
                 self.progress = Some(Progress::new(&scene, self.threads, now));
                 self.numbers = None;
                 self.scene = Some(scene.clone());
-                let mut effects = vec![Effect::Start(scene)];
+                let mut effects = vec![Effect::Start(scene), self.probe()];
                 match self.activity {
                     Activity::Paused => effects.extend(self.set_paused(true, now)),
                     _ => self.activity = Activity::Rendering,
@@ -127,6 +128,7 @@ impl App {
             RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
             RenderEvent::TileFinished { tile, .. } => {
                 Arc::make_mut(&mut self.film).write(&tile);
+                self.shown.rendered(&tile);
                 self.preview.mark(tile.rect);
                 if self.save_wanted && self.is_whole() {
                     return self.save();
@@ -135,6 +137,7 @@ impl App {
             // Of a render that is about to be replaced.
             RenderEvent::Finished if self.edited => {}
             RenderEvent::Finished => {
+                self.shown.force();
                 self.activity = Activity::Finished;
                 return self.save();
             }
