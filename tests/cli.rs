@@ -640,22 +640,22 @@ mod unix {
 #[test]
 fn explain_prints_the_rays_of_a_pixel_and_the_colour_that_the_picture_has() {
     let place = Place::new("explain");
-    let told = place.json(&["explain", "room.toml", "--pixel", "31,42", "--sample", "1"]);
+    let told = place.json(&["explain", "room.toml", "--pixel", "38,30", "--sample", "1"]);
     place.json(&["render", "room.toml", "-o", "room.png", "--threads", "1"]);
     let picture = image::open(place.file("room.png")).unwrap().to_rgb8();
-    assert_eq!(told["codes"], serde_json::json!(picture.get_pixel(31, 42).0));
+    assert_eq!(told["codes"], serde_json::json!(picture.get_pixel(38, 30).0));
     assert_eq!((&told["samples"], &told["sample"], &told["non_finite"]), (&2.into(), &1.into(), &0.into()));
     let surface = &told["tree"]["end"]["surface"];
     assert_eq!((&surface["material"], &surface["coefficients"]["k_t"]), (&"glass".into(), &0.8.into()));
 
-    let text = place.run(&["explain", "room.toml", "--pixel", "31,42"]);
+    let text = place.run(&["explain", "room.toml", "--pixel", "38,30"]);
     let text = String::from_utf8(text.stdout).unwrap();
     for words in
         ["camera ray", "hits object 1 at t = ", "k_a I_a C = ", "light light 1: ", "k_r I_r", "k_t I_t", "error"]
     {
         assert!(text.contains(words), "{words}\n{text}");
     }
-    let codes = picture.get_pixel(31, 42).0.map(|code| code.to_string()).join(" ");
+    let codes = picture.get_pixel(38, 30).0.map(|code| code.to_string()).join(" ");
     assert!(text.trim_end().ends_with(&format!("(mean of 2 samples), sRGB {codes}")), "{text}");
 
     for (arguments, hint) in [
@@ -683,7 +683,7 @@ fn a_view_is_a_picture_of_its_own_and_lost_samples_name_the_command_that_shows_t
     fs::write(
         place.file("sea.toml"),
         "[film]\nwidth = 8\nheight = 8\n[camera]\nposition = [0, 2, 0]\nlook_at = [0, 0, -6]\nprojection = \"perspective\"\n\
-         fov = 10\n[render]\nsamples = 1\n[[material]]\nname = \"thin\"\ntransmit = 1\nior = 0.75\n\
+         fov = 10\n[world]\nbackground = { top = \"white\", bottom = \"navy\" }\n[render]\nsamples = 1\n[[material]]\nname = \"thin\"\ntransmit = 1\nior = 0.75\n\
          [[object]]\nshape = \"plane\"\nmaterial = \"thin\"\n",
     )
     .unwrap();

@@ -192,6 +192,7 @@ fn rays_visits_and_times_are_those_of_one_sample() {
 fn samples_and_losses_are_told_by_the_render() {
     // As in `robustness`: the coursework's formula of refraction loses every sample on this sea.
     let mut d = desc(20, 20, perspective(v(0.0, 2.0, 0.0), v(0.0, 0.0, -6.0), v(0.0, 1.0, 0.0), 10.0));
+    d.world.background = Background::Gradient { top: Rgb::WHITE, bottom: Rgb::BLACK };
     d.materials = vec![clear("thin", 0.75)];
     d.objects = vec![object(ShapeDesc::Plane, "thin")];
     d.render.numerics = Numerics::Classic;

@@ -100,7 +100,10 @@ impl App {
                 self.progress = Some(Progress::new(&scene, self.threads, now));
                 self.numbers = None;
                 self.scene = Some(scene.clone());
-                let mut effects = vec![Effect::Start(scene), self.probe()];
+                let mut effects = vec![Effect::Start(scene)];
+                if self.shown.view().probe().is_some() {
+                    effects.push(self.probe());
+                }
                 match self.activity {
                     Activity::Paused => effects.extend(self.set_paused(true, now)),
                     _ => self.activity = Activity::Rendering,
