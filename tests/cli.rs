@@ -636,3 +636,62 @@ mod unix {
         assert!(fs::symlink_metadata(place.file("link.png")).unwrap().is_symlink());
     }
 }
+
+#[test]
+fn explain_prints_the_rays_of_a_pixel_and_the_colour_that_the_picture_has() {
+    let place = Place::new("explain");
+    let told = place.json(&["explain", "room.toml", "--pixel", "38,30", "--sample", "1"]);
+    place.json(&["render", "room.toml", "-o", "room.png", "--threads", "1"]);
+    let picture = image::open(place.file("room.png")).unwrap().to_rgb8();
+    assert_eq!(told["codes"], serde_json::json!(picture.get_pixel(38, 30).0));
+    assert_eq!((&told["samples"], &told["sample"], &told["non_finite"]), (&2.into(), &1.into(), &0.into()));
+    let surface = &told["tree"]["end"]["surface"];
+    assert_eq!((&surface["material"], &surface["coefficients"]["k_t"]), (&"glass".into(), &0.8.into()));
+
+    let text = place.run(&["explain", "room.toml", "--pixel", "38,30"]);
+    let text = String::from_utf8(text.stdout).unwrap();
+    for words in
+        ["camera ray", "hits object 1 at t = ", "k_a I_a C = ", "light light 1: ", "k_r I_r", "k_t I_t", "error"]
+    {
+        assert!(text.contains(words), "{words}\n{text}");
+    }
+    let codes = picture.get_pixel(38, 30).0.map(|code| code.to_string()).join(" ");
+    assert!(text.trim_end().ends_with(&format!("(mean of 2 samples), sRGB {codes}")), "{text}");
+
+    for (arguments, hint) in [
+        (["--pixel", "96,0", "--sample", "0"], "the last one of the picture is 95,63"),
+        (["--pixel", "3;4", "--sample", "0"], "write it as 320,200"),
+        (["--pixel", "0,0", "--sample", "2"], "the last one of this pixel is 1"),
+    ] {
+        let output = place.run(&[&["explain", "room.toml"][..], &arguments[..]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr(&output).contains(hint), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_view_is_a_picture_of_its_own_and_lost_samples_name_the_command_that_shows_them() {
+    let place = Place::new("views");
+    let report = place.json(&["render", "room.toml", "--view", "object"]);
+    assert_eq!((&report["view"], &report["output"]), (&"object".into(), &"room-object.png".into()));
+    let picture = image::open(place.file("room-object.png")).unwrap().to_rgb8();
+    let colors: std::collections::BTreeSet<_> = picture.pixels().map(|pixel| pixel.0).collect();
+    assert_eq!(colors.len(), 4, "three objects and nothing");
+    let report = place.json(&["render", "room.toml", "--view", "samples"]);
+    assert_eq!(report["scale"], serde_json::json!([1.0, 2.0]));
+
+    fs::write(
+        place.file("sea.toml"),
+        "[film]\nwidth = 8\nheight = 8\n[camera]\nposition = [0, 2, 0]\nlook_at = [0, 0, -6]\nprojection = \"perspective\"\n\
+         fov = 10\n[world]\nbackground = { top = \"white\", bottom = \"navy\" }\n[render]\nsamples = 1\n[[material]]\nname = \"thin\"\ntransmit = 1\nior = 0.75\n\
+         [[object]]\nshape = \"plane\"\nmaterial = \"thin\"\n",
+    )
+    .unwrap();
+    let output = place.run(&["render", "sea.toml", "--numerics", "classic", "--json"]);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let command = "glimt explain sea.toml --pixel 0,0 --numerics classic";
+    assert_eq!((&report["non_finite"], &report["explain"]), (&64.into(), &command.into()));
+    assert!(stderr(&output).contains(command), "{}", stderr(&output));
+    let told = place.json(&command.split(' ').skip(1).collect::<Vec<_>>());
+    assert_eq!(told["non_finite"], 1);
+}

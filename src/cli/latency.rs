@@ -4,7 +4,7 @@ use super::Failure;
 use super::args::{IsaArg, size, threads, whole};
 use super::open::Opened;
 use super::study::{StudyArgs, refuse};
-use crate::render::{Settings, default_threads};
+use crate::render::{Settings, View, default_threads};
 use crate::scene::compile_for;
 use crate::study::chart::{Axis, Chart, Data, Point, Series};
 use crate::study::{Cell, Console, Report, Stats, Table, landscape};
@@ -66,6 +66,7 @@ pub fn latency(args: &LatencyArgs, console: &Console) -> Result<Report, Failure>
         threads,
         isa,
         color: ColorChoice::Truecolor,
+        view: View::Final,
     };
     let mut scenes = vec![options(opened.name().to_string_lossy().into_owned())];
     scenes[0].compiled = Some(Arc::new(opened.compile()?));

@@ -102,6 +102,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         threads: args.settings().threads,
         isa: opened.isa,
         color: args.color.color,
+        view: args.view,
     };
     let outcome = tui::run(options).map_err(|error| match error {
         tui::Error::Compile(error) => opened.locate(error),

@@ -3,6 +3,7 @@
 
 use super::command::{Action, Binding, Command, Motion, Scope};
 use super::key::{Code, Key};
+use crate::render::View;
 use Command::*;
 
 const UP: Key = Key::plain(Code::Up);
@@ -197,6 +198,28 @@ pub const BINDINGS: &[Binding] = &[
         "larger, smaller",
         &[act("zoom in", Zoom(1), &[key('+'), key('=')]), act("zoom out", Zoom(-1), &[key('-')])],
     ),
+    row(
+        "Picture",
+        Scope::Screen,
+        "next, previous view: normals, depth, ...",
+        &[
+            act("show next view", CycleView(1), &[key(')')]),
+            act("show previous view", CycleView(-1), &[key('(')]),
+            act("show light", ShowView(View::Final), &[]),
+            act("show normals", ShowView(View::Normals), &[]),
+            act("show depth", ShowView(View::Depth), &[]),
+            act("show texture coordinates", ShowView(View::Uv), &[]),
+            act("show objects", ShowView(View::Object), &[]),
+            act("show materials", ShowView(View::Material), &[]),
+            act("show samples per pixel", ShowView(View::Samples), &[]),
+            act("show rays per pixel", ShowView(View::Rays), &[]),
+            act("show hierarchy visits", ShowView(View::Visits), &[]),
+            act("show time per pixel", ShowView(View::Time), &[]),
+            act("show estimated error", ShowView(View::Error), &[]),
+            act("show samples not finite", ShowView(View::NonFinite), &[]),
+        ],
+    ),
+    row("Picture", Scope::Screen, "why this colour?", &[act("why this colour", Explain, &[key('Y')])]),
     row("Picture", Scope::Screen, "the whole picture", &[act("whole picture", Fit, &[key('0')])]),
     row(
         "Picture",
@@ -237,6 +260,7 @@ pub const BINDINGS: &[Binding] = &[
         "select, add to the selection",
         &[act("pick this", Accept, &[ENTER]), act("pick this too", Mark, &[key(' ')])],
     ),
+    row("Picking", Scope::Pick, "why this colour?", &[act("why this pixel", Explain, &[key('w'), key('Y')])]),
     row("Picking", Scope::Pick, "end", &[act("end picking", Cancel, &[ESCAPE, AWAY, key('q')])]),
     row(
         "Tree",
@@ -413,10 +437,11 @@ mod tests {
     }
 
     #[test]
-    fn every_name_stands_for_one_action_and_every_action_has_a_key() {
+    fn every_name_stands_for_one_action_and_every_action_but_views_by_name_has_a_key() {
         let actions: Vec<_> = BINDINGS.iter().flat_map(|binding| binding.actions).collect();
         for (i, action) in actions.iter().enumerate() {
-            assert!(!action.keys.is_empty(), "{}", action.title);
+            let by_name = matches!(action.command, ShowView(_));
+            assert!(!action.keys.is_empty() || by_name, "{}", action.title);
             assert!(actions[..i].iter().all(|other| other.name() != action.name()), "{}", action.title);
         }
     }

@@ -1,6 +1,7 @@
 //! What a person can ask for, and where its keys hold.
 
 use super::key::Key;
+use crate::render::View;
 
 /// What the user wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +58,12 @@ pub enum Command {
     EditTexture,
     /// Move a cursor over the picture to pick with.
     PickMode,
+    /// Tell why a pixel has its colour.
+    Explain,
+    /// The next (1) or the previous (-1) view of scene and render.
+    CycleView(i8),
+    /// This view.
+    ShowView(View),
     /// Move the eye about the point looked at: steps to the right, and upward.
     Orbit(i8, i8),
     /// Move eye and point looked at: steps to the right, and upward.

@@ -8,7 +8,7 @@ use super::view::view;
 use crate::advice::advise;
 use crate::bvh::Isa;
 use crate::description::printable;
-use crate::render::{RenderHandle, Settings, start};
+use crate::render::{RenderHandle, Settings, start, start_probe};
 use crate::scene::{compile_for, recompile};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, never, select, unbounded};
 use ratatui::buffer::Buffer;
@@ -34,6 +34,8 @@ pub(super) struct Engine {
     isa: Isa,
     settings: Settings,
     render: Option<RenderHandle>,
+    /// What is traced for a view of the picture.
+    probe: Option<RenderHandle>,
     events: (Sender<Event>, Receiver<Event>),
     /// When the next frame is due.
     frame_due: Option<Instant>,
@@ -45,7 +47,16 @@ impl Engine {
     pub fn new(app: App, isa: Isa, threads: NonZeroUsize) -> Self {
         let now = Instant::now();
         let settings = Settings { threads, ..Settings::default() };
-        Self { app, isa, settings, render: None, events: unbounded(), frame_due: Some(now), last_frame: now }
+        Self {
+            app,
+            isa,
+            settings,
+            render: None,
+            probe: None,
+            events: unbounded(),
+            frame_due: Some(now),
+            last_frame: now,
+        }
     }
 
     /// Where its threads send what happens.
@@ -57,7 +68,7 @@ impl Engine {
     pub fn compile(&mut self) -> Vec<Effect> {
         let Some((desc, previous, changed)) = self.app.begin_compile() else { return Vec::new() };
         // Its workers make room at once; its picture stays.
-        self.render = None;
+        (self.render, self.probe) = (None, None);
         let (isa, events) = (self.isa, self.sender());
         let begun = spawn("compiler", &self.events.0, move || {
             let compiled = match previous.as_deref() {
@@ -77,7 +88,7 @@ impl Engine {
     pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
         let frame = [self.frame_due, clock].into_iter().flatten().min();
-        let tiles = self.render.as_ref().map(|_| Instant::now() + POLL);
+        let tiles = self.render.as_ref().or(self.probe.as_ref()).map(|_| Instant::now() + POLL);
         let until = [frame, tiles, self.app.leaves_by(), at_most].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
         let mut effects = select! {
@@ -101,7 +112,13 @@ impl Engine {
             match self.render.as_ref().map(|render| render.events().try_recv()) {
                 Some(Ok(event)) => effects.extend(self.take(Event::Render(event))),
                 Some(Err(TryRecvError::Disconnected)) => self.render = None, // All is told.
-                Some(Err(TryRecvError::Empty)) | None => break,
+                Some(Err(TryRecvError::Empty)) | None => {
+                    match self.probe.as_ref().map(|probe| probe.events().try_recv()) {
+                        Some(Ok(event)) => effects.extend(self.take(Event::Probed(event))),
+                        Some(Err(TryRecvError::Disconnected)) => self.probe = None,
+                        Some(Err(TryRecvError::Empty)) | None => break,
+                    }
+                }
             }
         }
         effects
@@ -110,7 +127,7 @@ impl Engine {
     /// Takes an event in. What is left to be done.
     pub fn take(&mut self, event: Event) -> Vec<Effect> {
         let now = Instant::now();
-        let is_picture = matches!(event, Event::Render(_));
+        let is_picture = matches!(event, Event::Render(_) | Event::Probed(_));
         let effects = self.app.update(event, now);
         // A whole picture of what was edited is what the user waits for.
         let period = if is_picture && !self.app.is_awaited() { FRAME } else { QUICK_FRAME };
@@ -137,6 +154,9 @@ impl Engine {
                 }
             }
             Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
+            Effect::Probe(wanted) => {
+                self.probe = wanted.map(|(scene, probe)| start_probe(scene, probe, self.settings));
+            }
             Effect::Pause(paused) => match &self.render {
                 Some(render) if paused => render.pause(),
                 Some(render) => render.resume(),
@@ -163,7 +183,7 @@ impl Engine {
 
     /// Ends its render. The events that have come, and the state.
     pub fn end(mut self) -> (App, Receiver<Event>) {
-        self.render = None;
+        (self.render, self.probe) = (None, None);
         (self.app, self.events.1)
     }
 }

@@ -9,6 +9,7 @@ use crate::description::SceneDesc;
 use crate::description::edit::Bounds;
 use crate::render::RenderEvent;
 use crate::scene::{CompileError, Scene};
+use crate::shading::Probe;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::{Arc, Weak};
@@ -26,6 +27,8 @@ pub enum Event {
     Resize(u16, u16),
     /// A worker reports.
     Render(RenderEvent),
+    /// A worker reports of the view.
+    Probed(RenderEvent),
     /// The description was compiled.
     Compiled(Result<Arc<Scene>, CompileError>),
     /// The picture was saved when this much of it was done, or why it was not.
@@ -91,6 +94,8 @@ pub enum Event {
 pub enum Effect {
     /// Render this scene.
     Start(Arc<Scene>),
+    /// Trace this for the view of the picture, or nothing more.
+    Probe(Option<(Arc<Scene>, Probe)>),
     /// Stop the workers, or let them go on.
     Pause(bool),
     /// Render with so many threads from now on.

@@ -31,6 +31,7 @@ pub mod key;
 pub mod keymap;
 pub mod latency;
 pub mod layout;
+mod legend;
 mod listen;
 pub mod numbers;
 mod pacer;
@@ -38,6 +39,7 @@ mod panel;
 pub mod preview;
 pub mod properties;
 mod session;
+pub mod shown;
 pub mod side;
 mod status;
 mod terminal;
@@ -53,6 +55,7 @@ pub use keymap::Keymap;
 
 use crate::bvh::Isa;
 use crate::description::SceneDesc;
+use crate::render::View;
 use crate::scene::{CompileError, Scene};
 use std::fmt;
 use std::io;
@@ -84,6 +87,8 @@ pub struct Options {
     pub isa: Isa,
     /// Colours of the terminal.
     pub color: ColorChoice,
+    /// What the picture shows at the start.
+    pub view: View,
 }
 
 /// `--color`: which colours are sent to the terminal.

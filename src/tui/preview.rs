@@ -228,6 +228,12 @@ impl Preview {
         self.any_stale = true;
     }
 
+    /// All film pixels have changed.
+    pub fn mark_all(&mut self) {
+        self.stale.fill(true);
+        self.any_stale = true;
+    }
+
     /// Computes what has changed. `film` has the size given to [`Preview::set_film`].
     pub fn refresh(&mut self, film: &Film) {
         if !self.any_stale || (film.width(), film.height()) != self.film {

@@ -11,7 +11,7 @@ use super::watch::{INTERVAL, watch};
 use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
 use crate::output::save_png;
-use crate::render::Film;
+use crate::render::{Film, View};
 use crossbeam_channel::{Sender, unbounded};
 use std::any::Any;
 use std::collections::BTreeSet;
@@ -41,6 +41,10 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     let mut app = App::new(options.desc, &options.scene_name, &output, threads.get(), mode, size);
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
+    }
+    // Nothing is traced for it before there is a scene.
+    if options.view != View::Final {
+        drop(app.show(options.view));
     }
     app.set_keymap(options.keymap);
     app.set_directory(options.directory);
@@ -139,7 +143,7 @@ impl Session {
             Effect::Redraw => self.fresh = true,
             Effect::Detach => terminal::detach(),
             // Done by the engine.
-            Effect::Threads(_) | Effect::Start(_) | Effect::Pause(_) | Effect::Advise { .. } => {}
+            Effect::Threads(_) | Effect::Start(_) | Effect::Probe(_) | Effect::Pause(_) | Effect::Advise { .. } => {}
         }
     }
 

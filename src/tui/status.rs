@@ -74,6 +74,7 @@ fn hints(app: &App) -> Vec<(String, &'static str)> {
         Scope::Pick => vec![
             here(Command::Accept, "select"),
             here(Command::Mark, "add"),
+            here(Command::Explain, "why"),
             here(Command::Cancel, "end"),
             ("←↓↑→".into(), "move"),
         ],

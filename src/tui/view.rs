@@ -5,7 +5,7 @@ use super::chart;
 use super::color::{ColorMode, Role};
 use super::dialog::{Dialog, MODELS, ROWS, accept_hints};
 use super::widget::{fit, popup, rows};
-use super::{panel, side, status};
+use super::{legend, panel, side, status};
 use crate::description::Target;
 use crate::description::parameter::parameter;
 use ratatui::buffer::Buffer;
@@ -18,6 +18,7 @@ use ratatui::widgets::Widget;
 pub fn view(app: &App, buffer: &mut Buffer) {
     let layout = app.layout();
     app.preview().paint(layout.preview.intersection(buffer.area), buffer, app.mode());
+    legend::draw(app, layout.preview.intersection(buffer.area), buffer);
     if let Some(at) = app.cursor() {
         cursor(app.mode(), layout.preview, at, buffer);
     }
@@ -46,6 +47,7 @@ fn dialog(app: &App, dialog: &Dialog, room: Rect, buffer: &mut Buffer) {
     match dialog {
         Dialog::Help(help) => help.draw(mode, keymap, buffer.area, buffer),
         Dialog::Adviser(adviser) => adviser.draw(mode, keymap, room, buffer),
+        Dialog::Rays(rays) => rays.draw(mode, keymap, room, buffer),
         Dialog::Palette(palette) => palette.draw(mode, keymap, room, buffer),
         Dialog::Add(menu) => menu.draw(mode, keymap, room, buffer),
         Dialog::Prompt(prompt) => prompt.draw(mode, keymap, room, buffer),

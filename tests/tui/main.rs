@@ -6,6 +6,7 @@ mod editor;
 mod pointing;
 mod stage;
 mod storm;
+mod views;
 mod wire;
 
 use glimt::description::{ObjectDesc, SceneDesc, Shading, ShapeDesc};

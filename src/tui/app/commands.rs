@@ -83,6 +83,9 @@ impl App {
                 }
             }
             Command::PickMode => self.begin_pick(),
+            Command::Explain => self.explain(),
+            Command::CycleView(by) => return self.show(self.shown.view().moved(by)),
+            Command::ShowView(view) => return self.show(view),
             Command::ToggleChart => self.chart = Some(!self.shows_chart()),
             Command::Step(_)
             | Command::Page(_)

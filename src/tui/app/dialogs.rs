@@ -52,6 +52,12 @@ impl App {
                     self.follow(&advice, &text);
                 }
             }
+            Dialog::Rays(rays) => {
+                if rays.command(command, self.size.1) {
+                    self.dialog = Some(dialog);
+                }
+                // Any other key closes it.
+            }
             Dialog::Palette(palette) => match palette.key(key, command) {
                 Some(chosen) => return self.command(chosen, now),
                 None => self.dialog = Some(dialog),

@@ -7,6 +7,7 @@ mod files;
 mod pointing;
 mod read;
 mod render;
+mod views;
 
 use super::color::ColorMode;
 use super::command::Command;
@@ -17,6 +18,7 @@ use super::keymap::Keymap;
 use super::layout::{self, Layout, Parts};
 use super::numbers::Numbers;
 use super::preview::Preview;
+use super::shown::Shown;
 use super::transform::Transform;
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress};
@@ -103,7 +105,11 @@ pub struct App {
     chart: Option<bool>,
     /// The pixel of the preview that is pointed at.
     cursor: Option<(usize, usize)>,
+    /// The pixel of the film that was clicked last.
+    clicked: Option<(u32, u32)>,
     preview: Preview,
+    /// What the picture shows instead of the film.
+    shown: Shown,
     /// Shared with a save that is under way, which then costs a copy at the next tile and none if there is no more.
     film: Arc<Film>,
     scene: Option<Arc<Scene>>,
@@ -178,7 +184,9 @@ impl App {
             transform: None,
             chart: None,
             cursor: None,
+            clicked: None,
             preview: Preview::default(),
+            shown: Shown::new(film.width(), film.height()),
             film,
             scene: None,
             lent: None,
@@ -250,6 +258,7 @@ impl App {
                 return vec![Effect::Redraw];
             }
             Event::Render(event) => return self.render(event, now),
+            Event::Probed(event) => self.probed(event),
             Event::Compiled(result) => return self.compiled(result, now),
             Event::Saved(result) => self.picture_saved(result),
             Event::Listed { directory, entries } => return self.listed(&directory, entries),

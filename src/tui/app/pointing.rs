@@ -33,6 +33,7 @@ impl App {
                     self.cursor = None;
                     // The middle of a cell lies between its two pixels: the upper one of them.
                     let (x, y) = (at.x - preview.x, at.y - preview.y);
+                    self.clicked = self.preview.film_pixel(usize::from(x), 2 * usize::from(y));
                     self.pick(usize::from(x), 2 * usize::from(y), mouse.held);
                     Vec::new()
                 }

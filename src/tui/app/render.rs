@@ -28,7 +28,7 @@ impl App {
 
     /// Brings preview and numbers up to date for a frame at `now`.
     pub fn refresh(&mut self, now: Instant) {
-        self.preview.refresh(&self.film);
+        self.refresh_picture(now);
         if self.is_awaited() {
             self.latency = self.unseen.take().map(|since| now.saturating_duration_since(since));
         }
@@ -96,6 +96,7 @@ impl App {
                 self.changed.clear();
                 if (self.film.width(), self.film.height()) != (scene.width, scene.height) {
                     self.film = Arc::new(Film::new(scene.width, scene.height));
+                    self.shown.resize(scene.width, scene.height);
                     self.lay_out();
                 }
                 if let (None, Some(warning)) = (&self.scene, scene.summary.warnings.first()) {
@@ -110,6 +111,9 @@ impl App {
                 self.numbers = None;
                 self.scene = Some(scene.clone());
                 let mut effects = vec![Effect::Start(scene)];
+                if self.shown.view().probe().is_some() {
+                    effects.push(self.probe());
+                }
                 match self.activity {
                     Activity::Paused => effects.extend(self.set_paused(true, now)),
                     _ => self.activity = Activity::Rendering,
@@ -138,6 +142,7 @@ impl App {
             RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
             RenderEvent::TileFinished { tile, .. } => {
                 Arc::make_mut(&mut self.film).write(&tile);
+                self.shown.rendered(&tile);
                 self.preview.mark(tile.rect);
                 if self.save_wanted && self.is_whole() {
                     return self.save();
@@ -146,6 +151,7 @@ impl App {
             // Of a render that is about to be replaced.
             RenderEvent::Finished if self.edited => {}
             RenderEvent::Finished => {
+                self.shown.force();
                 self.activity = Activity::Finished;
                 return self.save();
             }

@@ -7,6 +7,7 @@ mod help;
 mod menu;
 mod palette;
 mod prompt;
+mod rays;
 mod texture;
 
 pub use adviser::Adviser;
@@ -16,6 +17,7 @@ pub use help::Help;
 pub use menu::{ADDITIONS, AddMenu, Addition};
 pub use palette::Palette;
 pub use prompt::{About, Prompt, Purpose, Question, accept_hints};
+pub use rays::Rays;
 pub use texture::{Ask, MODELS, PICTURES, ROWS, TextureDialog};
 
 use crate::description::Target;
@@ -39,6 +41,8 @@ pub enum Dialog {
     Color(ColorDialog, Vec<Target>, &'static str),
     /// A texture of these materials.
     Texture(TextureDialog, Vec<Target>),
+    /// Why a pixel has its colour.
+    Rays(Rays),
     /// One key answers.
     Question(Question),
 }
