@@ -1,7 +1,7 @@
 //! The triangle kernels of every instruction set against the all-f64 yardstick and against brute force, bit for bit.
 
 use glam::{DVec3, Vec3};
-use glimt::bvh::{Isa, TreeKernels, TriangleHit, Triangles};
+use glimt::bvh::{Isa, Lanes, LeafVisitor, PACKET, TreeKernels, TriangleHit, Triangles};
 use glimt::geometry::{Fast, Ray, Reference, Robust, TriangleRay};
 use glimt::math::SplitMix64;
 use std::num::NonZeroUsize;
@@ -191,4 +191,83 @@ fn every_instruction_set_returns_the_same_hit_of_the_fast_kernel() {
         differ += trees[1..].iter().filter(|tree| bits_of::<Fast>(tree, &ray) != first).count();
     }
     assert!(differ <= 2, "{differ} of 100000 rays differ");
+}
+
+/// Rays that run alike, more or less, to hard points that are near each other; a few are ended, shifted, along axes or not finite.
+fn alike(triangles: &Corners, size: f64, rng: &mut SplitMix64) -> Vec<Ray> {
+    let any = |rng: &mut SplitMix64| (rng.next_u64() % triangles.len() as u64) as usize;
+    let middle = hard_point(&triangles[any(rng)], rng);
+    let eye = middle + unit(rng) * size * 10f64.powf(rng.range(-1.0, 2.0));
+    let spread = size * 10f64.powf(rng.range(-6.0, -0.3));
+    let apart = if rng.next_u64() & 1 == 0 { 0.0 } else { spread };
+    let count = [8, 12, 13, 16, 33, 63, 64][(rng.next_u64() % 7) as usize];
+    let odd = rng.next_u64().is_multiple_of(4);
+    (0..count)
+        .map(|_| {
+            let near = middle + unit(rng) * spread;
+            // A point that is hard to decide, of a triangle as near to the others as can be found in a few tries.
+            let tries: Vec<DVec3> = (0..8).map(|_| hard_point(&triangles[any(rng)], rng)).collect();
+            let target = tries.into_iter().min_by(|a, b| a.distance(near).total_cmp(&b.distance(near))).unwrap();
+            let origin = eye + unit(rng) * apart;
+            let mut ray = Ray::new(origin, (if rng.next_u64() & 1 == 0 { target } else { near }) - origin);
+            match rng.next_u64() % 32 {
+                0 => ray.t_max = rng.unit() * 2.0,
+                1 => ray.t_min = rng.unit(),
+                2 => ray.t_max = f64::NEG_INFINITY,
+                3 if odd => ray.direction[(rng.next_u64() % 3) as usize] *= 1e-30,
+                4 if odd => ray.direction[(rng.next_u64() % 3) as usize] = 0.0,
+                5 if odd => ray.origin[(rng.next_u64() % 3) as usize] = f64::NAN,
+                6 if odd => ray.origin -= ray.direction * 1e6,
+                _ => {}
+            }
+            if ray.direction == DVec3::ZERO {
+                ray.direction = DVec3::Y;
+            }
+            ray
+        })
+        .collect()
+}
+
+/// Visits everything.
+struct Nothing;
+
+impl LeafVisitor for Nothing {
+    type Source = ();
+    const ANY_HIT: bool = false;
+
+    fn new((): (), _ray: &Ray) -> Self {
+        Self
+    }
+
+    fn visit<L: Lanes>(&mut self, _lanes: L, _block: u32, _t_max: &mut f64) -> bool {
+        false
+    }
+}
+
+#[test]
+fn rays_that_run_alike_meet_together_what_each_meets_alone() {
+    let mut rng = SplitMix64(33);
+    for (what, triangles, size) in
+        [("soup", soup(2_000, &mut rng), 1.0), ("sphere", icosphere(4, 1e-3), 1e-3), ("one", soup(1, &mut rng), 1.0)]
+    {
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        let (mut together, mut hits, packets) = (0, 0, 2_000);
+        for i in 0..packets {
+            let rays = alike(&triangles, size, &mut rng);
+            for (isa, tree) in &trees {
+                let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+                tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
+                tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
+                for (k, ray) in rays.iter().enumerate() {
+                    let alone = tree.intersect::<Robust>(ray);
+                    assert_eq!(bits(found[k]), bits(alone), "{what} {i} {k} {} {ray:?}", isa.name());
+                    assert_eq!(occluded[k], alone.is_some(), "{what} {i} {k} {} {ray:?}", isa.name());
+                    hits += usize::from(alone.is_some());
+                }
+                together += usize::from(tree.tree().traverse_packet(&rays, &[(); PACKET], |_, _, _: Nothing| ()));
+            }
+        }
+        assert!(together > packets * trees.len() / 10, "{together} packets went together through {what}");
+        assert!(hits > packets * trees.len(), "{hits} hits with {what}");
+    }
 }

@@ -13,12 +13,15 @@ pub trait TreeKernels: Kernels {
     /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
     /// through the tree then, so that packets may take another one.
     const CONSERVATIVE: bool;
+    /// Whether packets of rays may share nodes: the boxes are those of [`PaddedSlab`].
+    const PACKETS: bool = false;
 }
 
 impl TreeKernels for Robust {
     type Boxes = PaddedSlab;
     type Triangles = WatertightTest;
     const CONSERVATIVE: bool = true;
+    const PACKETS: bool = true;
 }
 
 impl TreeKernels for Reference {

@@ -16,7 +16,7 @@ mod split;
 mod triangles;
 
 pub use kernels::{BoxTest, TreeKernels};
-pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, Task};
+pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, PACKET, Task};
 pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
 
 use crate::geometry::Aabb;

@@ -33,32 +33,22 @@ pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let swirl = (o.x * d.z - o.z * d.x).abs();
     let lean = SLOPE * norm(o.x * dw - ow * d.x, o.z * dw - ow * d.z);
     let disc = (lean - swirl) * (lean + swirl);
-    if a > 0.0 {
-        // The line leaves the double cone at both ends: inside between the roots.
-        if disc < 0.0 {
-            return None;
-        }
-        let (near, far) = roots(a, b, c, disc.sqrt());
-        inside.clip(near, SIDE, far, SIDE);
-    } else if a < 0.0 {
-        // Inside outside of the roots, once in each nappe; ours is the one with w >= 0. A negative discriminant is
-        // rounding at the apex, which such a line must pass.
-        let (near, far) = roots(a, b, c, disc.max(0.0).sqrt());
-        if dw > 0.0 {
-            inside.clip(far, SIDE, f64::INFINITY, SIDE);
-        } else {
-            inside.clip(f64::NEG_INFINITY, SIDE, near, SIDE);
-        }
-    } else if b != 0.0 {
-        let root = -c / (2.0 * b);
-        if b > 0.0 {
-            inside.clip(f64::NEG_INFINITY, SIDE, root, SIDE);
-        } else {
-            inside.clip(root, SIDE, f64::INFINITY, SIDE);
-        }
-    } else if c > 0.0 {
+    // With a > 0 the line leaves the double cone at both ends: inside between the roots. With a < 0 it is inside outside of the
+    // roots, once in each nappe; ours is the one with w >= 0. A negative discriminant is rounding at the apex then,
+    // which such a line must pass. All cases in one piece, so that loops over rays become vector code.
+    let missed = if a > 0.0 { disc < 0.0 } else { (a == 0.0) & (b == 0.0) & (c > 0.0) };
+    if missed {
         return None;
     }
+    let (near, far) = roots(a, b, c, disc.max(0.0).sqrt());
+    let (near, far) = if a == 0.0 { (-c / (2.0 * b), -c / (2.0 * b)) } else { (near, far) };
+    let begins = if a == 0.0 { b < 0.0 } else { dw > 0.0 };
+    let ends = if a == 0.0 { b > 0.0 } else { dw <= 0.0 };
+    let enter = if a > 0.0 { near } else { far };
+    let exit = if a > 0.0 { far } else { near };
+    let enter = if (a > 0.0) | begins { enter } else { f64::NEG_INFINITY };
+    let exit = if (a > 0.0) | ends { exit } else { f64::INFINITY };
+    inside.clip(enter, SIDE, exit, SIDE);
     inside.first_on(ray, t0)
 }
 

@@ -76,9 +76,9 @@ impl Hit {
     /// both, and the winner does not depend on the order of traversal.
     #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
-        if self.object != other.object && (self.t - other.t).abs() <= other.t * SAME_PLACE {
-            return self.object < other.object;
-        }
-        (self.t, self.primitive) < (other.t, other.primitive)
+        // Without branches, so that loops over rays become vector code.
+        let same_place = (self.object != other.object) & ((self.t - other.t).abs() <= other.t * SAME_PLACE);
+        let before = (self.t < other.t) | ((self.t == other.t) & (self.primitive < other.primitive));
+        (same_place & (self.object < other.object)) | (!same_place & before)
     }
 }

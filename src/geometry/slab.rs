@@ -44,6 +44,12 @@ pub struct PaddedSlab {
 impl PaddedSlab {
     /// Factor on the entry that makes up for the relative errors of entry and exit.
     pub const ENTRY_FACTOR: f32 = (1.0 - 8.0 * U) as f32;
+
+    /// t of the point that distances are counted from: 0 but for far origins.
+    #[inline(always)]
+    pub fn start(&self) -> f64 {
+        self.start
+    }
 }
 
 impl Slab for PaddedSlab {

@@ -125,6 +125,16 @@ impl Mesh {
         self.tree.visits::<K>(ray, any)
     }
 
+    /// See [`Triangles::intersect_packet`].
+    pub(super) fn intersect_packet<K: TreeKernels>(&self, rays: &[Ray], found: impl FnMut(usize, Option<TriangleHit>)) {
+        self.tree.intersect_packet::<K>(rays, found);
+    }
+
+    /// See [`Triangles::occluded_packet`].
+    pub(super) fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], found: impl FnMut(usize, bool)) {
+        self.tree.occluded_packet::<K>(rays, found);
+    }
+
     /// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.
     pub fn surface(&self, triangle: u32, u: f64, v: f64) -> SurfacePoint {
         let [a, b, c] = self.corners(triangle);

@@ -4,6 +4,7 @@ mod bound;
 mod camera;
 mod clearance;
 mod compile;
+mod front;
 mod light;
 mod material;
 mod media;

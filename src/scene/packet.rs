@@ -1,19 +1,16 @@
 //! Many rays against the whole scene at once.
 //!
 //! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at all,
-//! then groups of rays that do, by the very functions that single rays use ([`Kernels`](crate::geometry::Kernels)). Those are free
-//! of calls and stand in loops over plain arrays, which the compiler may turn into vectors of rays (so far it does for some of them only); floating-point
-//! operations are neither fused nor reordered by it, so every ray gets the bits that it gets alone.
+//! then groups of rays that do, eight or more at a time (see `front`). Elsewhere, and in meshes, rays that run alike share the
+//! nodes of the tree ([`Bvh::traverse_packet`]).
 
-use super::{Object, Scene, Shape};
-use crate::bvh::{Task, TreeKernels};
+use super::front::{
+    Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
+};
+use super::{Mesh, Object, Scene, Shape};
+use crate::bvh::{Bvh, PACKET, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
-use glam::DVec3;
-use std::marker::PhantomData;
 use std::ops::Range;
-
-/// Rays that are traced together at most.
-const CAPACITY: usize = 256;
 
 /// Rays that are met or passed over together.
 const GROUP: usize = 8;
@@ -27,63 +24,40 @@ pub struct PacketScratch {
     room: Option<Box<Packet>>,
 }
 
-/// Rays and what they have met, number by number.
 #[derive(Debug)]
 struct Packet {
-    rays: Rays,
-    best: Best,
+    front: Front,
+    /// Weights of the corners where the hit is on a mesh.
+    corners: [[f64; 2]; CAPACITY],
     /// Which rays pass the bounding sphere of the object in question.
     near: [u8; CAPACITY],
-    /// Where they meet the object in question: NaN if they do not.
+    /// Where they meet the object in question.
     met: Met,
 }
 
-#[derive(Debug)]
-#[repr(align(64))]
-struct Rays {
-    origin: [[f64; CAPACITY]; 3],
-    direction: [[f64; CAPACITY]; 3],
-    t_min: [f64; CAPACITY],
-    t_max: [f64; CAPACITY],
-}
-
-#[derive(Debug)]
-#[repr(align(64))]
-struct Best {
-    /// Hits beyond this do not count any more.
-    limit: [f64; CAPACITY],
-    t: [f64; CAPACITY],
-    /// `u32::MAX` for none.
-    object: [u32; CAPACITY],
-    primitive: [u32; CAPACITY],
-    u: [f64; CAPACITY],
-    v: [f64; CAPACITY],
-}
-
-#[derive(Debug)]
-#[repr(align(64))]
-struct Met {
-    t: [f64; CAPACITY],
-    primitive: [u32; CAPACITY],
-}
-
-/// Limit of a ray that needs no further hit.
-const DONE: f64 = f64::NEG_INFINITY;
-
 impl Packet {
     fn new() -> Box<Self> {
-        let zero = [0.0; CAPACITY];
+        let (zero, none) = ([0.0; CAPACITY], [0; CAPACITY]);
         Box::new(Self {
-            rays: Rays { origin: [zero; 3], direction: [zero; 3], t_min: zero, t_max: zero },
-            best: Best { limit: zero, t: zero, object: [0; CAPACITY], primitive: [0; CAPACITY], u: zero, v: zero },
+            front: Front {
+                origin: [zero; 3],
+                direction: [zero; 3],
+                t_min: zero,
+                limit: zero,
+                t_max: zero,
+                t: zero,
+                object: none,
+                primitive: none,
+            },
+            corners: [[0.0; 2]; CAPACITY],
             near: [0; CAPACITY],
-            met: Met { t: zero, primitive: [0; CAPACITY] },
+            met: Met { t: zero, primitive: none },
         })
     }
 
     /// Takes rays in. Returns their number, rounded up to whole groups; what fills the last one up meets nothing.
     fn load(&mut self, rays: &[Ray]) -> usize {
-        let Self { rays: to, best, .. } = self;
+        let to = &mut self.front;
         let padded = rays.len().next_multiple_of(GROUP).min(CAPACITY);
         for i in 0..padded {
             let filler = Ray { t_max: DONE, ..rays[0] };
@@ -92,148 +66,79 @@ impl Packet {
                 to.origin[axis][i] = ray.origin[axis];
                 to.direction[axis][i] = ray.direction[axis];
             }
-            (to.t_min[i], to.t_max[i], best.limit[i]) = (ray.t_min, ray.t_max, ray.t_max);
-            (best.t[i], best.object[i], best.primitive[i]) = (f64::INFINITY, u32::MAX, u32::MAX);
+            (to.t_min[i], to.t_max[i], to.limit[i]) = (ray.t_min, ray.t_max, ray.t_max);
+            (to.t[i], to.object[i], to.primitive[i]) = (f64::INFINITY, u32::MAX, u32::MAX);
         }
         padded
     }
 
-    fn hit(&self, i: usize) -> Option<Hit> {
-        let Best { t, object, primitive, u, v, .. } = &self.best;
-        let (u, v) = (u[i], v[i]);
-        (object[i] != u32::MAX).then(|| Hit { t: t[i], object: object[i], primitive: primitive[i], u, v })
+    fn hit(&self, i: usize, objects: &[Object]) -> Option<Hit> {
+        let Front { t, object, primitive, .. } = &self.front;
+        let shape = &objects.get(object[i] as usize)?.shape;
+        let [u, v] = if let Shape::Mesh(_) = shape { self.corners[i] } else { [0.0; 2] };
+        Some(Hit { t: t[i], object: object[i], primitive: primitive[i], u, v })
     }
 
-    /// Takes a hit of ray `i` with an object if it is the best one.
+    /// Meets a mesh with the rays that are near, as many at a time as its tree takes.
+    fn meet_mesh<K: TreeKernels, const ANY_HIT: bool>(
+        &mut self,
+        count: usize,
+        index: u32,
+        object: &Object,
+        mesh: &Mesh,
+    ) {
+        let (mut rays, mut numbers) = ([self.front.ray(0); PACKET], [0; PACKET]);
+        let mut at = 0;
+        while at < count {
+            let mut size = 0;
+            while at < count && size < PACKET {
+                if self.near[at] != 0 {
+                    (rays[size], numbers[size]) = (self.front.ray(at).transformed(&object.map.inverse), at);
+                    size += 1;
+                }
+                at += 1;
+            }
+            let rays = &rays[..size];
+            if ANY_HIT {
+                mesh.occluded_packet::<K>(rays, |k, occluded| {
+                    if occluded {
+                        (self.front.object[numbers[k]], self.front.limit[numbers[k]]) = (index, DONE);
+                    }
+                });
+            } else {
+                mesh.intersect_packet::<K>(rays, |k, hit| {
+                    if let Some(TriangleHit { t, triangle, u, v }) = hit {
+                        self.offer(numbers[k], Hit { t, object: index, primitive: triangle, u, v });
+                    }
+                });
+            }
+        }
+    }
+
+    /// Takes a hit of ray `i` with a mesh if it is the best one.
     fn offer(&mut self, i: usize, hit: Hit) {
-        let best = &mut self.best;
+        let best = &mut self.front;
         let old = Hit { t: best.t[i], object: best.object[i], primitive: best.primitive[i], u: 0.0, v: 0.0 };
         if hit.beats(&old) {
             (best.t[i], best.object[i], best.primitive[i]) = (hit.t, hit.object, hit.primitive);
-            (best.u[i], best.v[i]) = (hit.u, hit.v);
-            best.limit[i] = hit.reach().min(self.rays.t_max[i]);
+            best.limit[i] = hit.reach().min(best.t_max[i]);
+            self.corners[i] = [hit.u, hit.v];
         }
     }
 }
 
-impl Rays {
-    /// One of them, as long as it still is.
-    #[inline(always)]
-    fn get(&self, i: usize, limit: f64) -> Ray {
-        let [ox, oy, oz] = [self.origin[0][i], self.origin[1][i], self.origin[2][i]];
-        let [dx, dy, dz] = [self.direction[0][i], self.direction[1][i], self.direction[2][i]];
-        let (origin, direction) = (DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz));
-        Ray { origin, direction, t_min: self.t_min[i], t_max: limit }
-    }
-}
-
-/// Which rays may meet an object: those that pass its bounding sphere and have not gone by it.
-struct Pass<'a> {
-    rays: &'a Rays,
-    limit: &'a [f64; CAPACITY],
-    near: &'a mut [u8; CAPACITY],
-    count: usize,
-    centre: DVec3,
-    radius: f64,
-    /// Relative error of the object's own test.
-    error: f64,
-}
-
-impl Task for Pass<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let Pass { rays, limit, near, count, centre, radius, error } = self;
-        let (square, error2) = (radius * radius, error * error);
-        for i in 0..count.min(CAPACITY) {
-            let Ray { origin, direction, t_max, .. } = rays.get(i, limit[i]);
-            let f = origin - centre;
-            let (n, f2, d2) = (f.cross(direction), f.length_squared(), direction.length_squared());
-            // The last term covers the rounding of the cross product and of the object's own test, the factor all others.
-            let reach2 = (square + error2 * f2) * 1.0001;
-            let past = (f.dot(direction) > 0.0) & (f2 > reach2);
-            // NaN passes.
-            near[i] = u8::from(!((n.length_squared() > reach2 * d2) | past | (t_max == DONE)));
-        }
-    }
-}
-
-/// Where rays meet an analytic shape.
-struct Meet<'a, K> {
-    rays: &'a Rays,
-    limit: &'a [f64; CAPACITY],
-    met: &'a mut Met,
-    range: Range<usize>,
-    object: &'a Object,
-    kernels: PhantomData<K>,
-}
-
-impl<K: TreeKernels> Meet<'_, K> {
-    #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default, clippy::needless_range_loop)] // As for `Option::map` below.
-    #[inline(always)]
-    fn each(self, test: impl Fn(&Ray) -> Option<(f64, u32)>) {
-        let Meet { rays, limit, met, range, .. } = self;
-        for i in range.start..range.end.min(CAPACITY) {
-            (met.t[i], met.primitive[i]) = match test(&rays.get(i, limit[i])) {
-                Some((t, primitive)) => (t, primitive),
-                None => (f64::NAN, 0),
-            };
-        }
-    }
-}
-
-/// `Option::map` is not inlined always.
-macro_rules! whole {
-    ($t:expr) => {
-        match $t {
-            Some(t) => Some((t, 0)),
-            None => None,
-        }
-    };
-}
-
-impl<K: TreeKernels> Task for Meet<'_, K> {
-    #[inline(always)]
-    fn run(self) {
-        let object_from_world = self.object.map.inverse;
-        match self.object.shape {
-            Shape::Ball { centre, radius } => self.each(|ray| whole!(K::sphere(ray, centre, radius))),
-            Shape::Ellipsoid => {
-                self.each(|ray| whole!(K::sphere(&ray.transformed(&object_from_world), DVec3::ZERO, 1.0)));
-            }
-            Shape::Cuboid => self.each(|ray| K::cuboid(&ray.transformed(&object_from_world))),
-            Shape::Cylinder => self.each(|ray| K::cylinder(&ray.transformed(&object_from_world))),
-            Shape::Cone => self.each(|ray| K::cone(&ray.transformed(&object_from_world))),
-            Shape::Plane => self.each(|ray| whole!(K::plane(&ray.transformed(&object_from_world)))),
-            Shape::Quad => self.each(|ray| whole!(K::quad(&ray.transformed(&object_from_world)))),
-            Shape::Mesh(_) => {}
-        }
-    }
-}
-
-/// Takes the hits with an object that are the best so far, as [`Packet::offer`] does.
-struct Keep<'a> {
-    rays: &'a Rays,
-    best: &'a mut Best,
-    met: &'a Met,
-    range: Range<usize>,
-    object: u32,
-}
-
-impl Task for Keep<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let Keep { rays, best, met, range, object } = self;
-        for i in range.start..range.end.min(CAPACITY) {
-            let hit = Hit { t: met.t[i], object, primitive: met.primitive[i], u: 0.0, v: 0.0 };
-            let old = Hit { t: best.t[i], object: best.object[i], primitive: best.primitive[i], u: 0.0, v: 0.0 };
-            let wins = hit.beats(&old);
-            best.t[i] = if wins { hit.t } else { old.t };
-            best.object[i] = if wins { object } else { old.object };
-            best.primitive[i] = if wins { hit.primitive } else { old.primitive };
-            best.u[i] = if wins { 0.0 } else { best.u[i] };
-            best.v[i] = if wins { 0.0 } else { best.v[i] };
-            best.limit[i] = if wins { hit.reach().min(rays.t_max[i]) } else { best.limit[i] };
-        }
+/// Finds where a range of rays meets an analytic shape.
+fn meet_shape(tree: &Bvh, object: &Object, range: Range<usize>, front: &Front, met: &mut Met) {
+    let inverse = object.map.inverse;
+    match object.shape {
+        Shape::Ball { centre, radius } => tree.run(Balls { range, centre, radius }, front, met),
+        Shape::Ellipsoid => tree.run(Ellipsoids { range, inverse }, front, met),
+        Shape::Cuboid => tree.run(Cuboids { range, inverse }, front, met),
+        Shape::Cylinder => tree.run(Cylinders { range, inverse }, front, met),
+        Shape::Cone => tree.run(Cones { range, inverse }, front, met),
+        Shape::Plane => tree.run(Planes { range, inverse }, front, met),
+        Shape::Quad => tree.run(Quads { range, inverse }, front, met),
+        Shape::Mesh(_) => unreachable!("meshes are met ray by ray"),
     }
 }
 
@@ -264,10 +169,8 @@ impl Scene {
         scratch: &mut PacketScratch,
     ) {
         if !self.is_simple::<K>() {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = self.intersect::<K>(ray);
-            }
-            return;
+            let chunks = rays.chunks(PACKET).zip(hits.chunks_mut(PACKET));
+            return chunks.for_each(|(rays, hits)| self.closest_packet::<K>(rays, hits));
         }
         let packet = scratch.room.get_or_insert_with(Packet::new);
         for (rays, hits) in rays.chunks(CAPACITY).zip(hits.chunks_mut(CAPACITY)) {
@@ -276,7 +179,7 @@ impl Scene {
                 self.meet::<K, false>(packet, count, index, object);
             }
             for (i, hit) in hits.iter_mut().enumerate() {
-                *hit = packet.hit(i);
+                *hit = packet.hit(i, self.objects());
             }
         }
     }
@@ -284,10 +187,8 @@ impl Scene {
     /// For each ray what [`Scene::occluded`] gives.
     pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut PacketScratch) {
         if !self.is_simple::<K>() {
-            for (ray, occluded) in rays.iter().zip(occluded) {
-                *occluded = self.occluded::<K>(ray);
-            }
-            return;
+            let chunks = rays.chunks(PACKET).zip(occluded.chunks_mut(PACKET));
+            return chunks.for_each(|(rays, occluded)| self.any_packet::<K>(rays, occluded));
         }
         let packet = scratch.room.get_or_insert_with(Packet::new);
         for (rays, occluded) in rays.chunks(CAPACITY).zip(occluded.chunks_mut(CAPACITY)) {
@@ -296,7 +197,7 @@ impl Scene {
                 self.meet::<K, true>(packet, count, index, object);
             }
             for (i, occluded) in occluded.iter_mut().enumerate() {
-                *occluded = packet.best.object[i] != u32::MAX;
+                *occluded = packet.front.object[i] != u32::MAX;
             }
         }
     }
@@ -315,41 +216,19 @@ impl Scene {
         object: &Object,
     ) {
         let tree = &self.geometry.tree;
-        let Packet { rays, best, near, met } = packet;
+        let Packet { front, near, met, .. } = packet;
         let (centre, radius) = self.geometry.spheres[index as usize];
         if radius < f64::INFINITY {
-            tree.run(Pass { rays, limit: &best.limit, near, count, centre, radius, error: object.error_scale });
+            tree.run(Pass { count, centre, radius, error: object.error_scale }, front, near);
         } else {
             near[..count].fill(1);
         }
-        if let Shape::Mesh(_) = object.shape {
-            for i in 0..count {
-                if packet.near[i] == 0 {
-                    continue;
-                }
-                let ray = packet.rays.get(i, packet.best.limit[i]);
-                if ANY_HIT {
-                    if object.occluded::<K>(&ray) {
-                        (packet.best.object[i], packet.best.limit[i]) = (index, DONE);
-                    }
-                } else if let Some(hit) = object.intersect::<K>(&ray, index) {
-                    packet.offer(i, hit);
-                }
-            }
-            return;
+        if let Shape::Mesh(mesh) = &object.shape {
+            return packet.meet_mesh::<K, ANY_HIT>(count, index, object, mesh);
         }
         runs(&near[..count], |range| {
-            let limit = &best.limit;
-            tree.run(Meet::<K> { rays, limit, met, range: range.clone(), object, kernels: PhantomData });
-            if ANY_HIT {
-                for i in range {
-                    if !met.t[i].is_nan() {
-                        (best.object[i], best.limit[i]) = (index, DONE);
-                    }
-                }
-            } else {
-                tree.run(Keep { rays, best, met, range, object: index });
-            }
+            meet_shape(tree, object, range.clone(), front, met);
+            tree.run(Keep::<ANY_HIT> { range, object: index }, met, front);
         });
     }
 }

@@ -1,12 +1,12 @@
 //! glimt's triangle kernels as a contestant of an interleaved comparison: builds a tree over a mesh once, then answers
 //! `trace RAYS MODE DUMP` on stdin with `OK nanoseconds rays hits sum-of-t`, in CPU time of this thread.
 //!
-//! Arguments: instruction set (or `best`), threads for the build, mesh file. Modes: `robust`, `fast`, `reference`.
+//! Arguments: instruction set (or `best`), threads for the build, mesh file. Modes: `robust`, `robust-packets`, `fast`, `reference`.
 //! Files: a mesh is "KMSH", counts of vertices and triangles and a pad as u32, then f32 positions and u32 indices; rays are
 //! "KRAY", count, kind (1: any hit), pad, then eight f32 a ray: origin, t_min, direction, t_max.
 
 use glam::{DVec3, Vec3};
-use glimt::bvh::{Isa, TreeKernels, Triangles};
+use glimt::bvh::{Isa, PACKET, TreeKernels, TriangleHit, Triangles};
 use glimt::geometry::{Fast, Ray, Reference, Robust};
 use std::io::{BufRead, Write};
 use std::num::NonZeroUsize;
@@ -66,6 +66,22 @@ fn trace<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool, out: &m
     }
 }
 
+/// The same, as many rays at a time as packets take.
+fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool, out: &mut [(f32, u32)]) {
+    let mut packet = Vec::with_capacity(PACKET);
+    for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
+        packet.clear();
+        packet.extend(rays.iter().map(widened));
+        if any {
+            let value = |hit| if hit { (0.0, 0) } else { (f32::INFINITY, u32::MAX) };
+            tree.occluded_packet::<K>(&packet, |k, hit| out[k] = value(hit));
+        } else {
+            let value = |hit: Option<TriangleHit>| hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t as f32, h.triangle));
+            tree.intersect_packet::<K>(&packet, |k, hit| out[k] = value(hit));
+        }
+    }
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().filter(|a| a != "--bench").collect();
     let [_, isa, threads, mesh] = &args[..] else { return eprintln!("usage: kernel_bench ISA THREADS MESH") };
@@ -93,6 +109,7 @@ fn main() {
                 let start = cpu_time();
                 match mode {
                     "robust" => trace::<Robust>(&tree, rays, *any, &mut out),
+                    "robust-packets" => trace_packets::<Robust>(&tree, rays, *any, &mut out),
                     "fast" => trace::<Fast>(&tree, rays, *any, &mut out),
                     "reference" => trace::<Reference>(&tree, rays, *any, &mut out),
                     _ => {

@@ -7,6 +7,7 @@
 
 mod bins;
 mod buffer;
+mod packet;
 mod portable;
 mod slab;
 mod task;
@@ -16,6 +17,7 @@ mod x86;
 
 pub use bins::add;
 pub use buffer::filled;
+pub use packet::PACKET;
 pub use portable::Portable;
 pub use slab::SlabLanes;
 pub use task::Task;

@@ -57,7 +57,8 @@ impl<V: LeafVisitor> LeafVisitor for Counted<V> {
 
 impl Bvh {
     /// Visits the leaves that the ray may meet, nearer ones first. Whether the visitor ended it, and the visitor, unless the
-    /// tree is empty.     ///
+    /// tree is empty.
+    ///
     /// With a conservative `T`, no leaf is passed over whose primitives the ray meets at t <= t_max, ties included.
     #[inline]
     pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
@@ -97,7 +98,7 @@ unsafe fn traverse_avx512<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, sou
 }
 
 /// Children that wait: at most seven a level.
-const STACK: usize = 7 * MAX_DEPTH + 8;
+pub(super) const STACK: usize = 7 * MAX_DEPTH + 8;
 
 /// A child with the distance where the ray enters it, which is not negative: keys compare as distances do.
 #[inline(always)]
@@ -120,20 +121,34 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
 ) -> (bool, Option<V>) {
     let mut visitor = V::new(source, ray);
     let test = T::new(ray, tree.extent);
-    let prepared = test.prepare(lanes);
     let mut t_max = ray.t_max;
-    let mut limit = test.limit(t_max);
+    let ended = walk(lanes, tree, &test, &test.prepare(lanes), &mut visitor, &mut t_max, Child(0));
+    (ended, Some(visitor))
+}
+
+/// Visits the leaves of a subtree that a ray may meet before `t_max`, nearer ones first. Whether the visitor ended it.
+#[inline(always)]
+pub(super) fn walk<L: Lanes, T: BoxTest, V: LeafVisitor>(
+    lanes: L,
+    tree: &Bvh,
+    test: &T,
+    prepared: &T::Prepared<L>,
+    visitor: &mut V,
+    t_max: &mut f64,
+    from: Child,
+) -> bool {
+    let mut limit = test.limit(*t_max);
     let mut end = beyond(limit);
     // Uninitialised: zeroing it would cost more than many a traversal.
     let mut stack = [MaybeUninit::<u64>::uninit(); STACK];
     let mut top = 0;
-    let mut current = Child(0);
+    let mut current = from;
     loop {
         if !current.is_leaf() {
             visitor.open();
             // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).
             let node = unsafe { tree.nodes.get_unchecked(current.0 as usize) };
-            let (mut mask, distances) = test.entries(lanes, &prepared, &node.planes, limit);
+            let (mut mask, distances) = test.entries(lanes, prepared, &node.planes, limit);
             if mask != 0 {
                 let first = mask.trailing_zeros() as usize & 7;
                 mask &= mask - 1;
@@ -204,20 +219,20 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
             }
         } else {
             let (first, count) = current.blocks();
-            let before = t_max;
+            let before = *t_max;
             for block in first..first + count {
-                if visitor.visit(lanes, block, &mut t_max) {
-                    return (true, Some(visitor));
+                if visitor.visit(lanes, block, t_max) {
+                    return true;
                 }
             }
-            if t_max < before {
-                limit = test.limit(t_max);
+            if *t_max < before {
+                limit = test.limit(*t_max);
                 end = beyond(limit);
             }
         }
         loop {
             if top == 0 {
-                return (false, Some(visitor));
+                return false;
             }
             top -= 1;
             // SAFETY: entries below `top` have been written.

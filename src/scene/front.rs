@@ -1,0 +1,165 @@
+//! Rays side by side in arrays, and the loops over them that the compiler makes vector code of.
+
+use crate::bvh::Task;
+use crate::geometry::{
+    Hit, Ray, cone_intersect, cuboid_intersect, cylinder_intersect, plane_intersect, quad_intersect, sphere_intersect,
+};
+use glam::{DAffine3, DVec3};
+use std::ops::Range;
+
+/// Rays that are traced together at most.
+pub(super) const CAPACITY: usize = 256;
+
+/// Limit of a ray that needs no further hit.
+pub(super) const DONE: f64 = f64::NEG_INFINITY;
+
+/// Rays and what they have met, number by number.
+#[derive(Debug)]
+#[repr(align(64))]
+pub(super) struct Front {
+    pub origin: [[f64; CAPACITY]; 3],
+    pub direction: [[f64; CAPACITY]; 3],
+    pub t_min: [f64; CAPACITY],
+    /// Hits beyond this do not count any more.
+    pub limit: [f64; CAPACITY],
+    /// Where the ray ends.
+    pub t_max: [f64; CAPACITY],
+    pub t: [f64; CAPACITY],
+    /// `u32::MAX` for none.
+    pub object: [u32; CAPACITY],
+    pub primitive: [u32; CAPACITY],
+}
+
+impl Front {
+    /// One of the rays, as long as it still is.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        let [ox, oy, oz] = [self.origin[0][i], self.origin[1][i], self.origin[2][i]];
+        let [dx, dy, dz] = [self.direction[0][i], self.direction[1][i], self.direction[2][i]];
+        let (origin, direction) = (DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz));
+        Ray { origin, direction, t_min: self.t_min[i], t_max: self.limit[i] }
+    }
+}
+
+/// Where rays meet one object.
+#[derive(Debug)]
+#[repr(align(64))]
+pub(super) struct Met {
+    /// NaN for those that do not.
+    pub t: [f64; CAPACITY],
+    pub primitive: [u32; CAPACITY],
+}
+
+/// Which rays may meet an object: those that pass its bounding sphere and have not gone by it.
+pub(super) struct Pass {
+    pub count: usize,
+    pub centre: DVec3,
+    pub radius: f64,
+    /// Relative error of the object's own test.
+    pub error: f64,
+}
+
+impl Task for Pass {
+    type Input = Front;
+    type Output = [u8; CAPACITY];
+
+    #[inline(always)]
+    fn run(self, front: &Front, near: &mut [u8; CAPACITY]) {
+        let Pass { count, centre, radius, error } = self;
+        let (square, error2) = (radius * radius, error * error);
+        for i in 0..count.min(CAPACITY) {
+            let Ray { origin, direction, t_max, .. } = front.ray(i);
+            let f = origin - centre;
+            let (n, f2, d2) = (f.cross(direction), f.length_squared(), direction.length_squared());
+            // The last term covers the rounding of the cross product and of the object's own test, the factor all others.
+            let reach2 = (square + error2 * f2) * 1.0001;
+            let past = (f.dot(direction) > 0.0) & (f2 > reach2);
+            // NaN passes.
+            near[i] = u8::from(!((n.length_squared() > reach2 * d2) | past | (t_max == DONE)));
+        }
+    }
+}
+
+/// Tasks that find where rays meet a shape. One a shape, so that each is a loop of its own: the compiler left one with all shapes
+/// scalar but for two divisions. The functions are those that single rays use; floating-point operations are
+/// neither fused nor reordered by the compiler, so every ray gets the bits that it gets alone.
+macro_rules! tasks {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty),* } |$ray:ident| $test:expr;)*) => {$(
+        $(#[$doc])*
+        pub(super) struct $name {
+            pub range: Range<usize>,
+            $(pub $field: $type),*
+        }
+
+        impl Task for $name {
+            type Input = Front;
+            type Output = Met;
+
+            #[inline(always)]
+            #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default)] // `Option::map` and the like are not inlined always.
+            fn run(self, front: &Front, met: &mut Met) {
+                let $name { range, $($field),* } = self;
+                for i in range.start..range.end.min(CAPACITY) {
+                    let $ray = front.ray(i);
+                    (met.t[i], met.primitive[i]) = match $test {
+                        Some((t, primitive)) => (t, primitive),
+                        None => (f64::NAN, 0),
+                    };
+                }
+            }
+        }
+    )*};
+}
+
+/// The hit of a shape that has one face only.
+macro_rules! whole {
+    ($t:expr) => {
+        match $t {
+            Some(t) => Some((t, 0)),
+            None => None,
+        }
+    };
+}
+
+tasks! {
+    /// Balls, met in world space.
+    Balls { centre: DVec3, radius: f64 } |ray| whole!(sphere_intersect(&ray, centre, radius));
+    /// Other spheres.
+    Ellipsoids { inverse: DAffine3 } |ray| whole!(sphere_intersect(&ray.transformed(&inverse), DVec3::ZERO, 1.0));
+    /// Cuboids.
+    Cuboids { inverse: DAffine3 } |ray| cuboid_intersect(&ray.transformed(&inverse));
+    /// Cylinders.
+    Cylinders { inverse: DAffine3 } |ray| cylinder_intersect(&ray.transformed(&inverse));
+    /// Cones.
+    Cones { inverse: DAffine3 } |ray| cone_intersect(&ray.transformed(&inverse));
+    /// Planes.
+    Planes { inverse: DAffine3 } |ray| whole!(plane_intersect(&ray.transformed(&inverse)));
+    /// Quads.
+    Quads { inverse: DAffine3 } |ray| whole!(quad_intersect(&ray.transformed(&inverse)));
+}
+
+/// Takes the hits with an object that are the best so far; if any will do, ends the rays that have one.
+pub(super) struct Keep<const ANY_HIT: bool> {
+    pub range: Range<usize>,
+    pub object: u32,
+}
+
+impl<const ANY_HIT: bool> Task for Keep<ANY_HIT> {
+    type Input = Met;
+    type Output = Front;
+
+    #[inline(always)]
+    fn run(self, met: &Met, front: &mut Front) {
+        let Keep { range, object } = self;
+        for i in range.start..range.end.min(CAPACITY) {
+            let hit = Hit { t: met.t[i], object, primitive: met.primitive[i], u: 0.0, v: 0.0 };
+            let old = Hit { t: front.t[i], object: front.object[i], primitive: front.primitive[i], u: 0.0, v: 0.0 };
+            let wins = if ANY_HIT { !hit.t.is_nan() } else { hit.beats(&old) };
+            let limit = if ANY_HIT { DONE } else { hit.reach().min(front.t_max[i]) };
+            front.t[i] = if wins { hit.t } else { old.t };
+            front.object[i] = if wins { object } else { old.object };
+            front.primitive[i] = if wins { hit.primitive } else { old.primitive };
+            front.limit[i] = if wins { limit } else { front.limit[i] };
+        }
+    }
+}
