@@ -46,8 +46,10 @@ fn sphere(mesh: &Mesh, allowed: f64) -> Option<(ShapeDesc, DVec3)> {
     let (mut inner, mut outer) = (f64::INFINITY, 0.0f64);
     for triangle in 0..mesh.len() as u32 {
         let corners = mesh.corners(triangle);
-        let normal = mesh.normal_of(triangle).try_normalize()?;
-        inner = inner.min(normal.dot(corners[0] - centre).abs());
+        let [a, b, c] = corners.map(|p| p - centre);
+        // Where it is deepest, nearly. Not its plane: that of a sliver at a pole may be any.
+        let deepest = [(a + b + c) / 3.0, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
+        inner = deepest.iter().fold(inner, |inner, p| inner.min(p.length()));
         outer = corners.iter().fold(outer, |outer, p| outer.max(p.distance(centre)));
     }
     let radius = (inner + outer) / 2.0;
