@@ -18,7 +18,7 @@
 //! the table and fails when a file breaks it.
 //!
 //! ```text
-//! math, workers < geometry, description < bvh, assets < scene < shading < render < output < headless, study, tui < cli < main
+//! math, workers < geometry, description < bvh, assets < scene < shading < render < output, advice < headless, study, tui < cli < main
 //! ```
 //!
 //! # Glossary
@@ -39,6 +39,7 @@
 //!
 //! Lengths are scene units; angles are degrees in files and on screen, radians in memory; time is `Duration`.
 
+pub mod advice;
 pub mod assets;
 pub mod bvh;
 pub mod cli;

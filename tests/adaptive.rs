@@ -203,7 +203,7 @@ fn samples_go_where_the_picture_is_wrong() {
         let (x, y) = ((i % 128) as f64 - 63.5, (i / 128) as f64 - 63.5);
         let off = (x.hypot(y) - 1.2 * 32.0).abs();
         let part = if off < 0.5 { &mut edge } else { &mut plain };
-        if off < 0.5 || off > 3.0 {
+        if !(0.5..=3.0).contains(&off) {
             *part = (part.0 + f64::from(*n), part.1 + 1.0);
         }
     }

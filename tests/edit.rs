@@ -55,7 +55,8 @@ fn edits_of_what_is_loaded_read_no_file_and_share_what_is_unchanged() {
     fs::remove_dir_all(&directory).unwrap();
     let mut scene = first.clone();
     let mut edited = desc.clone();
-    let mut changes: Vec<(&str, Box<dyn FnMut(&mut SceneDesc)>)> = vec![
+    type Change = Box<dyn FnMut(&mut SceneDesc)>;
+    let mut changes: Vec<(&str, Change)> = vec![
         ("camera", Box::new(|desc| desc.camera.position.x += 1.0)),
         ("light", Box::new(|desc| desc.lights[0].intensity *= 0.5)),
         ("material", Box::new(|desc| desc.materials[0].reflect = 0.5)),
@@ -101,20 +102,20 @@ fn of_changed_files_only_those_are_read_again_and_a_broken_one_leaves_the_old_sc
     // Unheard of, nothing changes.
     fs::write(&obj, model(2.0)).unwrap();
     assert!(Arc::ptr_eq(&meshes(&compile(&desc, Some(&scene)).unwrap())[0], &meshes(&scene)[0]));
-    let larger = recompile(&desc, &scene, &[obj.clone()]).unwrap();
+    let larger = recompile(&desc, &scene, std::slice::from_ref(&obj)).unwrap();
     assert_eq!(meshes(&larger)[0].bounds().upper.x - meshes(&larger)[0].bounds().lower.x, 2.0);
     // A library is part of the model, a picture is not.
     fs::write(&mtl, "newmtl red\nKd 0 1 0\n").unwrap();
-    let green = recompile(&desc, &larger, &[mtl.clone()]).unwrap();
+    let green = recompile(&desc, &larger, std::slice::from_ref(&mtl)).unwrap();
     assert_eq!(meshes(&green)[0].materials[0].color, parse_color("lime").unwrap());
     assert!(!Arc::ptr_eq(&meshes(&green)[0], &meshes(&larger)[0]));
     paint(&b, [0, 0, 255]);
-    let blue = recompile(&desc, &green, &[b.clone()]).unwrap();
+    let blue = recompile(&desc, &green, std::slice::from_ref(&b)).unwrap();
     assert!(Arc::ptr_eq(&meshes(&blue)[0], &meshes(&green)[0]));
     assert_eq!(blue.materials[0].color(|| glam::DVec2::splat(0.5)), parse_color("blue").unwrap());
 
     fs::write(&obj, "f 1 2 3\n").unwrap();
-    let error = recompile(&desc, &blue, &[obj.clone()]).unwrap_err();
+    let error = recompile(&desc, &blue, std::slice::from_ref(&obj)).unwrap_err();
     assert!(error.to_string().contains("a.obj:1"), "{error}");
     assert_eq!(error.place().0, Target::Object(0));
     fs::write(&obj, model(3.0)).unwrap();

@@ -11,7 +11,7 @@ const LAYERS: &[&[&str]] = &[
     &["scene"],
     &["shading"],
     &["render"],
-    &["output"],
+    &["output", "advice"],
     &["headless", "study", "tui"],
     &["cli"],
     &["main"],

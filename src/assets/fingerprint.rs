@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(prints.changed(), none, "it may still be written");
         write(&a, "another one", 2);
         assert_eq!(prints.changed(), none, "and was");
-        assert_eq!(prints.changed(), [a.clone()]);
+        assert_eq!(prints.changed(), std::slice::from_ref(&a));
         assert_eq!(prints.changed(), none);
 
         // Touched, or written as it was.

@@ -36,6 +36,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Say what a scene has, and what is wrong with it
     Check(CheckArgs),
+    /// Say what a scene pays for and does not need, with what that saves
+    Advise(AdviseArgs),
     /// Say why a pixel has its colour, ray by ray
     Explain(ExplainArgs),
     /// List the keys of the interface
@@ -51,6 +53,22 @@ pub enum Command {
 pub struct CheckArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub isa: IsaArg,
+    #[command(flatten)]
+    pub color: ColorArg,
+}
+
+#[derive(Debug, Args)]
+pub struct AdviseArgs {
+    /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
+    pub scene: Option<PathBuf>,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Render threads [default: all processors]
+    #[arg(short, long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
+    pub threads: Option<NonZeroUsize>,
     #[command(flatten)]
     pub isa: IsaArg,
     #[command(flatten)]

@@ -1,10 +1,12 @@
 //! Commands: from arguments to an exit code. Everything that can go wrong is told on stderr in plain words.
 
+mod advise;
 mod args;
 mod check;
 mod compare;
 mod explain;
 mod failure;
+mod latency;
 mod model_scene;
 mod open;
 mod stability;
@@ -39,6 +41,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let (color, done) = match &cli.command {
         Some(Command::Render(args)) => (args.color.color, render(args, begun)),
         Some(Command::Check(args)) => (args.color.color, check(args)),
+        Some(Command::Advise(args)) => (args.color.color, advise::run(args)),
         Some(Command::Explain(args)) => (args.color.color, explain::explain(args)),
         Some(Command::Keys(args)) => (args.color.color, keys(args)),
         Some(Command::Compare(args)) => (args.color.color, compare::compare(args)),

@@ -1,6 +1,7 @@
 //! `glimt study`: measurements, their tables, files and charts.
 
 use super::args::{ColorArg, IsaArg, codes, error, named, size, threads, usual_isa, whole};
+use super::latency::{self, LatencyArgs};
 use super::open::Opened;
 use super::stability::{self, StabilityArgs};
 use super::{Failure, print, say};
@@ -31,6 +32,8 @@ pub enum StudyCommand {
     Scale(ScaleArgs),
     /// What accuracy costs: error against time over settings
     Accuracy(AccuracyArgs),
+    /// How long the interface takes from a key to the new picture
+    Latency(LatencyArgs),
 }
 
 #[derive(Debug, Args)]
@@ -175,6 +178,7 @@ impl StudyCommand {
             Self::Kernel(args) => &args.study,
             Self::Scale(args) => &args.study,
             Self::Accuracy(args) => &args.study,
+            Self::Latency(args) => &args.study,
         }
     }
 
@@ -185,6 +189,7 @@ impl StudyCommand {
             Self::Kernel(_) => "kernel",
             Self::Scale(_) => "scale",
             Self::Accuracy(_) => "accuracy",
+            Self::Latency(_) => "latency",
         }
     }
 
@@ -274,6 +279,7 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             let repeats = args.repeats.unwrap_or(if quick { 1 } else { 3 });
             study::scale(quick, most.into(), repeats as usize, console).map_err(|error| refuse(error, None))
         }
+        StudyCommand::Latency(args) => latency::latency(args, console),
         StudyCommand::Accuracy(args) => {
             let quick = args.study.quick;
             let isa = args.isa.chosen()?;

@@ -207,7 +207,7 @@ impl Reader<'_> {
     fn unexpected(&self) -> Refused {
         match self.rest.chars().next() {
             None => Refused::new("a number is missing at the end"),
-            Some(c) if c == ',' => Refused::new("one number only, with a point for fractions"),
+            Some(',') => Refused::new("one number only, with a point for fractions"),
             Some(c) => Refused::new(format!("a number cannot go on with {c}")),
         }
     }

@@ -263,7 +263,7 @@ mod tests {
                 states.push(next);
             }
             // Now and then some steps back and forth, or another branch.
-            if random.next_u64() % 10 == 0 {
+            if random.next_u64().is_multiple_of(10) {
                 for _ in 0..random.next_u64() % 5 {
                     if history.undo().is_some() {
                         states.pop();

@@ -277,7 +277,7 @@ impl Worker {
             Traced::Part | Traced::Whole => {}
         }
         let judging = Instant::now();
-        let mut image = tile.image(pass);
+        let mut image = tile.image();
         if let Some((sum, errors)) = tile.own_errors() {
             (stats.squared_error, image.errors) = (Some(sum), errors);
         }
@@ -326,7 +326,7 @@ impl Worker {
         stats.busy += judging.elapsed();
         if any {
             stats.squared_error = Some(sum);
-            let mut image = tile.image(pass);
+            let mut image = tile.image();
             image.errors = errors;
             self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
         }

@@ -109,13 +109,36 @@ fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
 #[derive(Debug)]
 pub struct Tile {
     rect: Rect,
+    /// The pixels of the finest lattice so far, row by row: what no pass has reached takes no memory and no time. (With all
+    /// pixels from the beginning the first picture of 1280x720 took 60 ms instead of 10.)
     pixels: Vec<Pixel>,
+    /// Pixels between the points of that lattice; 1 when all are there.
+    step: u32,
 }
 
 impl Tile {
     /// A rectangle without samples.
     pub fn new(rect: Rect) -> Self {
-        Self { rect, pixels: Vec::new() }
+        Self { rect, pixels: Vec::new(), step: COARSEST }
+    }
+
+    /// Columns and rows of the lattice.
+    fn size(&self) -> (u32, u32) {
+        (self.rect.width.div_ceil(self.step), self.rect.height.div_ceil(self.step))
+    }
+
+    /// Makes room for the points of a lattice, the first or one finer than before.
+    fn refine(&mut self, step: u32) {
+        let (coarse, factor) = (std::mem::take(&mut self.pixels), (self.step / step) as usize);
+        let (coarse_columns, _) = self.size();
+        self.step = step;
+        let (columns, rows) = self.size();
+        self.pixels = vec![Pixel::default(); columns as usize * rows as usize];
+        for (row, line) in coarse.chunks(coarse_columns.max(1) as usize).enumerate() {
+            for (column, pixel) in line.iter().enumerate() {
+                self.pixels[row * factor * columns as usize + column * factor] = *pixel;
+            }
+        }
     }
 
     /// Its pixels.
@@ -125,14 +148,17 @@ impl Tile {
 
     /// Traces the samples of a pass that is the same for every picture.
     pub(super) fn trace(&mut self, tracer: Tracer, pass: Pass, batch: &mut Batch, stats: &mut TileStats) -> Traced {
+        let step = if let Pass::Lattice { step } = pass { step } else { 1 };
         // Sums get their memory here, so that starting a render takes none.
-        self.pixels.resize(self.rect.area() as usize, Pixel::default());
-        let Rect { x, y, width, height } = self.rect;
+        if self.pixels.is_empty() || step < self.step {
+            self.refine(step);
+        }
+        let (Rect { x, y, .. }, (columns, rows)) = (self.rect, self.size());
         batch.wanted.clear();
-        for (row, column) in blocks(width, height) {
-            let samples = pass.samples_at(x + column, y + row);
+        for (row, column) in blocks(columns, rows) {
+            let samples = pass.samples_at(x + column * self.step, y + row * self.step);
             if !samples.is_empty() {
-                batch.wanted.push((row * width + column, samples.end));
+                batch.wanted.push((row * columns + column, samples.end));
             }
         }
         self.trace_wanted(tracer, batch, stats)
@@ -159,12 +185,12 @@ impl Tile {
 
     /// Traces the samples that are wanted.
     pub(super) fn trace_wanted(&mut self, tracer: Tracer, batch: &mut Batch, stats: &mut TileStats) -> Traced {
-        let Rect { x, y, width, .. } = self.rect;
+        let (Rect { x, y, .. }, (columns, _)) = (self.rect, self.size());
         let mut start = Instant::now();
         let wanted = std::mem::take(&mut batch.wanted);
         let mut traced = Traced::Whole;
         'all: for &(at, to) in &wanted {
-            let (px, py) = (x + at % width, y + at / width);
+            let (px, py) = (x + at % columns * self.step, y + at / columns * self.step);
             for index in self.pixels[at as usize].traced()..to {
                 batch.points.push(film_point(tracer.filter, px, py, index));
                 batch.pixels.push(at);
@@ -270,19 +296,29 @@ impl Tile {
         Some((sum, errors))
     }
 
-    /// The pixels as they are known after `pass`: the mean of the samples, or that of the nearest lattice point up and left.
-    pub(super) fn image(&self, pass: Pass) -> TileImage {
+    /// The pixels as they are known: the mean of the samples, or that of the nearest lattice point up and left.
+    pub(super) fn image(&self) -> TileImage {
         let Rect { width, height, .. } = self.rect;
-        let step = if let Pass::Lattice { step } = pass { step } else { 1 };
-        let mean = |column: u32, row: u32| self.pixels[(row * width + column) as usize].mean().to_f32();
-        // Tiles start on the lattice.
-        let pixels = (0..height)
-            .flat_map(|row| (0..width).map(move |column| (column, row)))
-            .map(|(column, row)| mean(column - column % step, row - row % step))
-            .collect();
-        let samples = self.pixels.iter().map(Pixel::traced).collect();
+        let (step, (columns, _)) = (self.step as usize, self.size());
+        let mut pixels = Vec::with_capacity(self.rect.area() as usize);
+        let mut samples = vec![0; self.rect.area() as usize];
         let all_finite = self.pixels.iter().all(|pixel| pixel.non_finite() == 0);
-        let non_finite = if all_finite { Vec::new() } else { self.pixels.iter().map(Pixel::non_finite).collect() };
+        let mut non_finite = if all_finite { Vec::new() } else { samples.clone() };
+        for (row, line) in self.pixels.chunks(columns as usize).enumerate() {
+            let start = pixels.len();
+            for (column, pixel) in line.iter().enumerate() {
+                let at = row * step * width as usize + column * step;
+                samples[at] = pixel.traced();
+                if !all_finite {
+                    non_finite[at] = pixel.non_finite();
+                }
+                let repeated = step.min(width as usize - column * step);
+                pixels.extend(std::iter::repeat_n(pixel.mean().to_f32(), repeated));
+            }
+            for _ in 1..step.min(height as usize - row * step) {
+                pixels.extend_from_within(start..start + width as usize);
+            }
+        }
         TileImage { rect: self.rect, pixels, samples, errors: Vec::new(), non_finite }
     }
 }

@@ -322,7 +322,17 @@ impl Geometry {
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
         let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
         let spheres = objects.iter().map(Object::bounding_sphere).collect();
-        Ok(Self { sources: sources.to_vec(), objects, tree, bounded, unbounded, spheres, clearances: OnceLock::new() })
+        let stats = tree.stats();
+        Ok(Self {
+            sources: sources.to_vec(),
+            objects,
+            tree,
+            stats,
+            bounded,
+            unbounded,
+            spheres,
+            clearances: OnceLock::new(),
+        })
     }
 }
 
@@ -400,7 +410,7 @@ impl Scene {
         s.lights = desc.lights.len();
         s.materials = desc.materials.len();
         s.textures = self.assets.images.len();
-        s.tree = geometry.tree.stats();
+        s.tree = geometry.stats;
         s.imports = meshes
             .map(|((path, _), mesh)| Imported { file: path.clone(), report: mesh.report.clone(), tree: mesh.stats() })
             .collect();

@@ -28,6 +28,8 @@ pub struct Mesh {
     triangles: Vec<[u32; 3]>,
     triangle_materials: Vec<u32>,
     tree: Triangles,
+    /// Of the tree: walking it takes milliseconds where there are a million triangles.
+    stats: BvhStats,
 }
 
 impl Mesh {
@@ -49,7 +51,9 @@ impl Mesh {
         }
         let tree = Triangles::build(triangles.len(), |i| corners_of(&triangles[i]), isa, threads);
         let volume = signed_volume.abs();
+        let stats = tree.stats();
         Self {
+            stats,
             centre,
             materials,
             libraries,
@@ -81,7 +85,7 @@ impl Mesh {
 
     /// Describes the tree.
     pub fn stats(&self) -> BvhStats {
-        self.tree.stats()
+        self.stats
     }
 
     /// Index of a triangle's material among the file's.

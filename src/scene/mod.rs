@@ -29,7 +29,7 @@ pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
 use crate::assets::Image;
-use crate::bvh::{Bvh, Isa};
+use crate::bvh::{Bvh, BvhStats, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
 use glam::DVec3;
@@ -80,6 +80,7 @@ struct Geometry {
     objects: Vec<Object>,
     /// Objects with a box, in leaf order.
     tree: Bvh,
+    stats: BvhStats,
     /// Index of each position of the tree.
     bounded: Vec<u32>,
     /// Planes.

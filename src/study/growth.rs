@@ -2,7 +2,9 @@
 
 use super::StudyError;
 use crate::assets::Model;
-use crate::description::{LightKind, ObjectDesc, SceneDesc, ShapeDesc, limits, parse};
+use crate::description::{
+    FilmDesc, LightKind, MaterialDesc, ObjectDesc, RenderDesc, SceneDesc, ShapeDesc, limits, parse,
+};
 use crate::math::SplitMix64;
 use crate::scene::{Scene, compile, lender};
 use glam::{DVec3, Vec3};
@@ -115,6 +117,18 @@ impl Seed {
         };
         Ok(Arc::new(compile(&self.desc, lent.as_ref())?))
     }
+}
+
+/// Hills of so many triangles to be edited, with a light and a material; and a scene that lends their mesh.
+pub fn landscape(triangles: u64) -> Result<(SceneDesc, Scene), StudyError> {
+    let Seed { mut desc, model } = Growing::Triangles.make(triangles)?;
+    desc.film = FilmDesc::default();
+    desc.render = RenderDesc::default();
+    desc.materials.push(MaterialDesc { name: "land".into(), ..MaterialDesc::default() });
+    for object in &mut desc.objects {
+        object.material = Some("land".into());
+    }
+    Ok((desc, lender(Path::new(TERRAIN), limits::DEFAULT_CREASE, model.unwrap_or_default())?))
 }
 
 /// What the terrain is called, as if it were a file.

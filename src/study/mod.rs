@@ -26,6 +26,7 @@ pub mod stability;
 pub use accuracy::{Sweep, accuracy};
 pub use clock::{Clock, SystemClock};
 pub use console::{Console, StudyError};
+pub use growth::landscape;
 pub use kernel::{KernelOptions, kernel};
 pub use machine::Machine;
 pub use measure::{Plan, PowerLaw, Stats, Timed};

@@ -70,6 +70,7 @@ pub const BINDINGS: &[Binding] = &[
         &[act("save scene", SaveScene, &[key('w')]), act("save scene as", SaveSceneAs, &[key('W')])],
     ),
     row("File", Scope::Screen, "save the PNG now", &[act("save picture", SaveImage, &[key('s')])]),
+    row("File", Scope::Screen, "what the scene does not need", &[act("advise", Advise, &[key('A')])]),
     row("Selection", Scope::Screen, "add", &[act("add", Add, &[key('a')])]),
     row(
         "Selection",

@@ -28,6 +28,8 @@ pub enum Command {
     SaveSceneAs,
     /// Write the PNG as the picture is now.
     SaveImage,
+    /// Measure what the scene does not need.
+    Advise,
     /// Stop the workers, or let them go on.
     TogglePause,
     /// Render from the beginning.

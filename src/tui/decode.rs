@@ -135,7 +135,7 @@ fn token(bytes: &[u8]) -> Option<(usize, Token)> {
         0x08 | 0x7f => Some((1, key(Key::plain(Code::Backspace)))),
         0 => Some((1, key(Key::ctrl(' ')))),
         0x01..=0x1a => Some((1, key(Key::ctrl((first + 0x60) as char)))),
-        0..0x20 => Some((1, key(Key::plain(Code::Other)))),
+        0x1c..0x20 => Some((1, key(Key::plain(Code::Other)))),
         _ => {
             let length = match first {
                 0..0x80 => 1,

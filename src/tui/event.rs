@@ -4,6 +4,7 @@ use super::decode::Mouse;
 use super::dialog::files::{Entry, Thumbnail};
 use super::editor::FileText;
 use super::key::Key;
+use crate::advice::Advice;
 use crate::description::SceneDesc;
 use crate::description::edit::Bounds;
 use crate::render::RenderEvent;
@@ -11,7 +12,7 @@ use crate::scene::{CompileError, Scene};
 use crate::shading::Probe;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// What happened.
 #[derive(Debug)]
@@ -45,6 +46,13 @@ pub enum Event {
         file: PathBuf,
         /// Made small.
         picture: Result<Thumbnail, String>,
+    },
+    /// What the scene does not need, or why that is not known.
+    Advised {
+        /// What was measured.
+        desc: Arc<SceneDesc>,
+        /// The most worth first.
+        found: Result<Vec<Advice>, String>,
     },
     /// How large a model is, or why that is not known.
     Measured {
@@ -98,6 +106,15 @@ pub enum Effect {
     List(PathBuf, &'static [&'static str]),
     /// Tell what a picture looks like.
     Look(PathBuf),
+    /// Tell what a scene does not need, as long as somebody waits for it.
+    Advise {
+        /// What to measure.
+        desc: Arc<SceneDesc>,
+        /// Lends models and pictures.
+        scene: Arc<Scene>,
+        /// Dead when nobody waits any more.
+        waits: Weak<()>,
+    },
     /// Tell how large a model is.
     Measure(PathBuf),
     /// Write a scene.

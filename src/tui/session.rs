@@ -2,55 +2,33 @@
 
 use super::app::App;
 use super::color::ColorMode;
+use super::engine::Engine;
 use super::errands::{Errand, Errands};
 use super::event::{Effect, Event, Exit};
 use super::listen;
 use super::terminal::{self, Guard};
-use super::view::view;
 use super::watch::{INTERVAL, watch};
 use super::writer::{self, Frame, Mailbox};
 use super::{Error, Options, Outcome};
-use crate::bvh::Isa;
 use crate::output::save_png;
-use crate::render::{Film, RenderHandle, Settings, View, start, start_probe};
-use crate::scene::{compile_for, recompile};
-use crossbeam_channel::{Receiver, Sender, never, select, unbounded};
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use crate::render::{Film, View};
+use crossbeam_channel::{Sender, unbounded};
 use std::any::Any;
 use std::collections::BTreeSet;
-use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
-use std::time::{Duration, Instant};
-
-/// Time between two frames while only the picture changes, and the least time between any two.
-const FRAME: Duration = Duration::from_millis(33);
-const QUICK_FRAME: Duration = Duration::from_millis(8);
-/// Time between two frames while only clocks run.
-const CLOCK_FRAME: Duration = Duration::from_millis(125);
-/// Events are taken in for not longer than this before the next frame has a chance.
-const BATCH: Duration = Duration::from_millis(8);
+use std::time::Instant;
 
 struct Session {
-    app: App,
-    isa: Isa,
-    settings: Settings,
-    render: Option<RenderHandle>,
-    /// What is traced for a view of the picture.
-    probe: Option<RenderHandle>,
-    events: (Sender<Event>, Receiver<Event>),
+    engine: Engine,
     mailbox: Mailbox,
     guard: Guard,
     saver: Saver,
     errands: Errands,
     /// To the thread that watches them.
     watched: Sender<BTreeSet<PathBuf>>,
-    /// When the next frame is due.
-    frame_due: Option<Instant>,
-    last_frame: Instant,
     /// The next frame is to be sent whole.
     fresh: bool,
 }
@@ -64,8 +42,8 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
     }
-    // Nothing is traced for it before there is a scene.
     if options.view != View::Final {
+        // Nothing is traced for it before there is a scene.
         drop(app.show(options.view));
     }
     app.set_keymap(options.keymap);
@@ -73,14 +51,15 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     if let Some(source) = options.source {
         app.set_source(source);
     }
-    let events = unbounded();
+    let engine = Engine::new(app, isa, threads);
+    let events = engine.sender();
     let mailbox = Mailbox::default();
     // Signals first: none of them may find the terminal changed and nobody listening.
-    let signals = listen::signals(events.0.clone()).map_err(Error::Terminal)?;
+    let signals = listen::signals(events.clone()).map_err(Error::Terminal)?;
     let guard = Guard::enter().map_err(Error::Terminal)?;
-    spawn("signals", &events.0, signals).map_err(Error::Broken)?;
-    spawn("keys", &events.0, {
-        let (events, mailbox) = (events.0.clone(), mailbox.clone());
+    spawn("signals", &events, signals).map_err(Error::Broken)?;
+    spawn("keys", &events, {
+        let (events, mailbox) = (events.clone(), mailbox.clone());
         move || {
             if listen::input(&events, &mailbox).is_err() {
                 // Nobody listens if the interface has ended.
@@ -89,8 +68,8 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         }
     })
     .map_err(Error::Broken)?;
-    spawn("screen", &events.0, {
-        let (events, mailbox, terminal) = (events.0.clone(), mailbox.clone(), guard.terminal().clone());
+    spawn("screen", &events, {
+        let (events, mailbox, terminal) = (events.clone(), mailbox.clone(), guard.terminal().clone());
         move || {
             if writer::run(&mailbox, &terminal).is_err() {
                 let _ = events.send(Event::HungUp);
@@ -98,122 +77,47 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         }
     })
     .map_err(Error::Broken)?;
-    let saver = Saver::new(output, &events.0).map_err(Error::Broken)?;
+    let saver = Saver::new(output, &events).map_err(Error::Broken)?;
     let (watched, watch_list) = unbounded();
-    spawn("watched files", &events.0, {
-        let events = events.0.clone();
+    spawn("watched files", &events, {
+        let events = events.clone();
         move || watch(&watch_list, INTERVAL, |changed| events.send(Event::FilesChanged(changed)).is_ok())
     })
     .map_err(Error::Broken)?;
-    let errands = Errands::start(&events.0).map_err(Error::Broken)?;
-    let settings = Settings { threads, ..Settings::default() };
-    let now = Instant::now();
-    let session = Session {
-        app,
-        isa,
-        settings,
-        render: None,
-        probe: None,
-        events,
-        mailbox,
-        guard,
-        saver,
-        errands,
-        watched,
-        frame_due: Some(now),
-        last_frame: now,
-        fresh: true,
-    };
-    session.run()
+    let errands = Errands::start(&events).map_err(Error::Broken)?;
+    Session { engine, mailbox, guard, saver, errands, watched, fresh: true }.run()
 }
 
 impl Session {
     fn run(mut self) -> Result<Outcome, Error> {
-        while self.app.exit().is_none() {
-            if let Some((desc, previous, changed)) = self.app.begin_compile() {
-                // Its workers make room at once; its picture stays.
-                (self.render, self.probe) = (None, None);
-                let (isa, events) = (self.isa, self.events.0.clone());
-                let begun = spawn("compiler", &self.events.0, move || {
-                    let compiled = match previous.as_deref() {
-                        Some(previous) if !changed.is_empty() => recompile(&desc, previous, &changed),
-                        previous => compile_for(&desc, previous, isa),
-                    };
-                    let _ = events.send(Event::Compiled(compiled.map(Arc::new)));
-                });
-                if let Err(refused) = begun {
-                    self.take(Event::Broken(refused));
-                }
+        while self.engine.app.exit().is_none() {
+            let mut effects = self.engine.compile();
+            effects.extend(self.engine.app.begin_watch());
+            self.perform(effects);
+            if let Some(buffer) = self.engine.frame() {
+                let fresh = std::mem::take(&mut self.fresh);
+                self.mailbox.post(Frame { buffer, exact: self.engine.app.is_final() }, fresh);
             }
-            if let Some(effect) = self.app.begin_watch() {
-                self.perform(effect);
-            }
-            self.draw();
-            self.take_events();
-            self.app.lose_patience(Instant::now());
+            let effects = self.engine.wait(None);
+            self.perform(effects);
+            self.engine.app.lose_patience(Instant::now());
         }
         self.end()
     }
 
-    /// Waits for an event or the time of the next frame, and takes in all that has come.
-    fn take_events(&mut self) {
-        let rendered = self.render.as_ref().map_or_else(never, |render| render.events().clone());
-        let probed = self.probe.as_ref().map_or_else(never, |probe| probe.events().clone());
-        let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
-        let until = [self.frame_due, clock, self.app.leaves_by()].into_iter().flatten().min();
-        let wait = until.map_or(never(), crossbeam_channel::at);
-        let event = select! {
-            recv(self.events.1) -> event => event.ok(),
-            recv(rendered) -> event => {
-                if event.is_err() {
-                    // All is told.
-                    self.render = None;
-                }
-                event.ok().map(Event::Render)
-            }
-            recv(probed) -> event => {
-                if event.is_err() {
-                    self.probe = None;
-                }
-                event.ok().map(Event::Probed)
-            }
-            recv(wait) -> now => {
-                self.frame_due = now.ok();
-                None
-            }
-        };
-        let Some(event) = event else { return };
-        self.take(event);
-        let end = Instant::now() + BATCH;
-        while self.app.exit().is_none() && Instant::now() < end {
-            // Keys before tiles.
-            if let Ok(event) = self.events.1.try_recv() {
-                self.take(event);
-            } else if let Some(Ok(event)) = self.render.as_ref().map(|render| render.events().try_recv()) {
-                self.take(Event::Render(event));
-            } else if let Some(Ok(event)) = self.probe.as_ref().map(|probe| probe.events().try_recv()) {
-                self.take(Event::Probed(event));
-            } else {
-                break;
-            }
+    fn perform(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            self.perform_one(effect);
         }
     }
 
     fn take(&mut self, event: Event) {
-        let now = Instant::now();
-        let period = if matches!(event, Event::Render(_) | Event::Probed(_)) { FRAME } else { QUICK_FRAME };
-        let due = self.last_frame + period;
-        self.frame_due = Some(self.frame_due.map_or(due, |earlier| earlier.min(due)));
-        for effect in self.app.update(event, now) {
-            self.perform(effect);
-        }
+        let effects = self.engine.take(event);
+        self.perform(effects);
     }
 
-    fn perform(&mut self, effect: Effect) {
+    fn perform_one(&mut self, effect: Effect) {
         match effect {
-            Effect::Threads(count) => {
-                self.settings.threads = NonZeroUsize::new(count).unwrap_or(self.settings.threads);
-            }
             Effect::List(directory, endings) => self.errands.send(Errand::List(directory, endings)),
             Effect::Look(file) => self.errands.send(Errand::Look(file)),
             Effect::Measure(file) => self.errands.send(Errand::Measure(file)),
@@ -221,22 +125,13 @@ impl Session {
             Effect::Watch(files) => drop(self.watched.send(files)),
             Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
             Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
-            Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
-            Effect::Probe(wanted) => {
-                self.probe = wanted.map(|(scene, probe)| start_probe(scene, probe, self.settings));
-            }
-            Effect::Pause(paused) => match &self.render {
-                Some(render) if paused => render.pause(),
-                Some(render) => render.resume(),
-                None => {}
-            },
-            Effect::Save(percent) => self.saver.save(self.app.film().clone(), percent),
+            Effect::Save(percent) => self.saver.save(self.engine.app.film().clone(), percent),
             Effect::Stop if terminal::can_stop() => {
                 self.mailbox.hold();
                 self.guard.terminal().leave();
                 terminal::stop();
             }
-            Effect::Stop => self.app.cannot_stop(Instant::now()),
+            Effect::Stop => self.engine.app.cannot_stop(Instant::now()),
             Effect::Reenter => {
                 let back = self.guard.terminal().reenter();
                 let size = crossterm::terminal::size();
@@ -247,31 +142,19 @@ impl Session {
             }
             Effect::Redraw => self.fresh = true,
             Effect::Detach => terminal::detach(),
+            // Done by the engine.
+            Effect::Threads(_) | Effect::Start(_) | Effect::Probe(_) | Effect::Pause(_) | Effect::Advise { .. } => {}
         }
-    }
-
-    fn draw(&mut self) {
-        let now = Instant::now();
-        if self.frame_due.is_none_or(|due| now < due) {
-            return;
-        }
-        (self.frame_due, self.last_frame) = (None, now);
-        self.app.refresh(now);
-        let (columns, rows) = self.app.size();
-        let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
-        view(&self.app, &mut buffer);
-        let fresh = std::mem::take(&mut self.fresh);
-        self.mailbox.post(Frame { buffer, exact: self.app.is_final() }, fresh);
     }
 
     /// Restores the terminal and says how it went.
-    fn end(mut self) -> Result<Outcome, Error> {
-        self.render = None;
+    fn end(self) -> Result<Outcome, Error> {
+        let (mut app, events) = self.engine.end();
         self.mailbox.hold();
         drop(self.guard);
-        let exit = self.app.exit().cloned().unwrap_or(Exit::Quit);
-        for event in self.events.1.try_iter().filter(|event| matches!(event, Event::Saved(_))) {
-            self.app.update(event, Instant::now());
+        let exit = app.exit().cloned().unwrap_or(Exit::Quit);
+        for event in events.try_iter().filter(|event| matches!(event, Event::Saved(_))) {
+            app.update(event, Instant::now());
         }
         let signal = match exit {
             Exit::Compile(error) => return Err(Error::Compile(error)),
@@ -279,13 +162,13 @@ impl Session {
             Exit::Signal(number) => Some(number),
             Exit::Quit => None,
         };
-        let file = self.app.output_text();
-        let (line, code) = match self.app.saved() {
-            _ if self.app.is_saving() => (format!("left before the picture was saved as {file}"), 1),
+        let file = app.output_text();
+        let (line, code) = match app.saved() {
+            _ if app.is_saving() => (format!("left before the picture was saved as {file}"), 1),
             Some(Ok(100)) => (format!("saved {file}"), 0),
             Some(Ok(percent)) => (format!("saved {file} at {percent} %"), 0),
             Some(Err(reason)) => (format!("cannot save {file}: {reason}"), 1),
-            None => (format!("left at {} %; nothing was saved", self.app.percent()), 0),
+            None => (format!("left at {} %; nothing was saved", app.percent()), 0),
         };
         Ok(Outcome { line, exit_code: signal.map_or(code, |number| u8::try_from(128 + number).unwrap_or(1)) })
     }

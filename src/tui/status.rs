@@ -3,6 +3,7 @@
 use super::app::{Activity, App, Focus, Tone};
 use super::color::Role;
 use super::command::{Command, Motion, Scope};
+use super::format::time;
 use super::widget::hint_line;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -43,6 +44,8 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
         left.push(Span::styled(transform.text(), mode.style(Role::Strong)));
     } else if app.broken_file().is_some() {
         left.push(Span::styled("the file on the disk has mistakes", mode.style(Role::Bad)));
+    } else if let Some(latency) = app.latency() {
+        left.push(Span::styled(format!("edit {}", time(latency).trim_start()), mode.style(Role::Dim)));
     }
     let left = Line::from(left);
     let room = usize::from(area.width).saturating_sub(left.width() + 1);

@@ -53,7 +53,7 @@ mod tests {
             }
             assert!(content < 600, "never told");
         };
-        assert_eq!(change, [file.clone()]);
+        assert_eq!(change, std::slice::from_ref(&file));
         drop(files);
         watcher.join().unwrap();
         fs::remove_file(file).unwrap();

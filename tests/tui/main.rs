@@ -1,5 +1,6 @@
 //! The interface without a terminal: state and keys in, screen and description out; and what is sent to a terminal.
 
+mod adviser;
 mod dialogs;
 mod editor;
 mod pointing;

@@ -14,8 +14,8 @@ use glimt::tui::key::{Code, Key};
 use std::path::Path;
 
 /// Keys that open something, each to be closed by Escape.
-const OPENERS: [&str; 14] =
-    ["?", ":", "a", "a f", "C", "T", "e", "W", "V", "/ f", "Enter", "Tab Tab Enter", "g x 1", "n q"];
+const OPENERS: [&str; 15] =
+    ["?", ":", "a", "a f", "C", "T", "e", "W", "V", "/ f", "Enter", "Tab Tab Enter", "g x 1", "n q", "A"];
 
 #[test]
 fn every_screen_from_1_by_1_to_300_by_100_can_be_drawn_with_anything_open() {
@@ -119,7 +119,7 @@ fn any_keys_in_any_order_keep_the_description_valid_and_can_be_undone() {
         for step in 0..400 {
             let key = any_key(&mut random);
             keys += &format!("{key} ");
-            if random.next_u64() % 40 == 0 {
+            if random.next_u64().is_multiple_of(40) {
                 let at = random.next_u64();
                 let (column, row) = ((at % u64::from(size.0)) as u16, (at / 1000 % u64::from(size.1)) as u16);
                 let action = [MouseAction::Press, MouseAction::WheelUp, MouseAction::WheelDown][at as usize % 3];

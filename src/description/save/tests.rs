@@ -112,11 +112,11 @@ fn random_edit(random: &mut SplitMix64, desc: &mut SceneDesc) {
         0 => edit::delete(desc, &several),
         1 => edit::duplicate(desc, &several).map(drop),
         2 => edit::move_by(desc, target, pick(random, &[-5, -1, 1, 7])).map(drop),
-        3 => edit::set_visible(desc, &several, random.next_u64() % 2 == 0),
+        3 => edit::set_visible(desc, &several, random.next_u64().is_multiple_of(2)),
         4 => edit::rename(desc, target, pick(random, &["ball", "a \"b\" c", "球", "two\nlines", "#", "''"])),
         5 => edit::translate(desc, &several, direction * amount),
         6 => edit::rotate(desc, &several, point, direction, 60.0 * amount),
-        7 => edit::scale(desc, &several, point, (random.next_u64() % 2 == 0).then_some(direction), amount),
+        7 => edit::scale(desc, &several, point, (random.next_u64().is_multiple_of(2)).then_some(direction), amount),
         8 => {
             let mesh = || New::Mesh {
                 file: scenes().join("models/gem.obj"),
@@ -154,7 +154,12 @@ fn random_edit(random: &mut SplitMix64, desc: &mut SceneDesc) {
                     (1, Kind::Path(_)) => Ok(()),
                     (1, Kind::Color) => parameter.set(desc, &several, &color),
                     (1, _) => parameter.enter(desc, &several, pick(random, &["0.1+0.2", "*2", "+-1", "1e-3", "1/3"])),
-                    _ => parameter.nudge(desc, &several, pick(random, &[-3, -1, 1, 10]), random.next_u64() % 2 == 0),
+                    _ => parameter.nudge(
+                        desc,
+                        &several,
+                        pick(random, &[-3, -1, 1, 10]),
+                        random.next_u64().is_multiple_of(2),
+                    ),
                 }
             }
         },

@@ -204,7 +204,7 @@ mod tests {
     use super::*;
     use crate::description::{MaterialDesc, ObjectDesc, ShapeDesc};
     use crate::math::Rgb;
-    use crate::study::stability::scenes::{at, empty, matte, object, orthographic, point_light, v};
+    use crate::study::stability::scenes::{SKY, at, empty, matte, object, orthographic, point_light, v};
 
     fn floor_under_a_lamp() -> SceneDesc {
         let mut desc = empty(40, 30, orthographic(v(0.0, 5.0, 3.0), DVec3::ZERO, 3.0));
@@ -240,8 +240,9 @@ mod tests {
             count
         };
         assert!(count(&desc, "fast arithmetic", "acne") + count(&desc, "classic arithmetic", "acne") > 0);
-        // A block of thin glass under a slanted eye: the coursework knows no total reflection.
+        // A sea of thin glass under a slanted eye: the coursework knows no total reflection.
         let mut desc = floor_under_a_lamp();
+        desc.world.background = SKY;
         desc.camera = orthographic(v(0.0, 1.0, 5.0), DVec3::ZERO, 1.0);
         desc.materials.push(MaterialDesc { transmit: 1.0, ior: 0.5, diffuse: 0.0, ..matte("thin") });
         desc.objects = vec![ObjectDesc::new(ShapeDesc::Plane)];

@@ -1,6 +1,7 @@
 //! Keys to commands, and what commands do that change no scene.
 
 use super::{Activity, App, Focus, Tone};
+use crate::description::Target;
 use crate::tui::command::{Command, Scope};
 use crate::tui::dialog::{About, AddMenu, Dialog, Help, Palette};
 use crate::tui::event::{Effect, Event, Exit};
@@ -45,6 +46,7 @@ impl App {
             Command::ToggleHelp => self.dialog = Some(Dialog::Help(Help::default())),
             Command::OpenPalette => self.dialog = Some(Dialog::Palette(Palette::default())),
             Command::Add => self.dialog = Some(Dialog::Add(AddMenu::default())),
+            Command::Advise => return self.ask_adviser(),
             Command::TogglePause => match self.activity {
                 Activity::Paused => return self.set_paused(false, now),
                 Activity::Finished | Activity::Failed if !self.is_restarting() => {}
@@ -160,6 +162,19 @@ impl App {
         };
         let now = order.iter().position(|focus| *focus == self.focus).unwrap_or(order.len() - 1) as isize;
         self.focus = order[(now + isize::from(by)).rem_euclid(order.len() as isize) as usize];
+    }
+
+    /// Selects an entry and gives the keys to the row of its properties with this label.
+    pub fn go_to(&mut self, target: Target, label: &str) {
+        self.editor.tree.select(target);
+        self.focus = Focus::Properties;
+        let sections = self.editor.sections();
+        self.editor.properties.find(&sections, label);
+    }
+
+    /// Gives the keys to the picture.
+    pub fn go_to_picture(&mut self) {
+        self.focus = Focus::Picture;
     }
 
     /// Moves in what has the keys.

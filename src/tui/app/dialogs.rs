@@ -1,6 +1,7 @@
 //! Dialogs: opening them, and what their answers do.
 
 use super::{App, Live, Tone};
+use crate::advice::Advice;
 use crate::description::edit::{Bounds, New, rename};
 use crate::description::parameter::{Kind, Value, parameter};
 use crate::description::{Refused, SceneDesc, Target, printable};
@@ -8,13 +9,14 @@ use crate::math::Rgb;
 use crate::tui::command::Command;
 use crate::tui::dialog::files::{Entry, Thumbnail};
 use crate::tui::dialog::{
-    About, Ask, ColorDialog, Dialog, Files, MODELS, PICTURES, Prompt, Purpose, Question, TextureDialog, Wish,
+    About, Adviser, Ask, ColorDialog, Dialog, Files, MODELS, PICTURES, Prompt, Purpose, Question, TextureDialog, Wish,
 };
 use crate::tui::editor::FileText;
 use crate::tui::event::{Effect, Exit};
 use crate::tui::field::Field;
 use crate::tui::key::{Code, Key};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 impl App {
@@ -48,6 +50,13 @@ impl App {
                     self.dialog = Some(dialog);
                 }
                 // Any other key closes it.
+            }
+            Dialog::Adviser(adviser) => {
+                let (advice, text) = (adviser.key(command), adviser.desc.clone());
+                self.dialog = Some(dialog);
+                if let Some(advice) = advice {
+                    self.follow(&advice, &text);
+                }
             }
             Dialog::Palette(palette) => match palette.key(key, command) {
                 Some(chosen) => return self.command(chosen, now),
@@ -123,6 +132,39 @@ impl App {
         effects
     }
 
+    /// Asks what the scene does not need.
+    pub(super) fn ask_adviser(&mut self) -> Vec<Effect> {
+        let Some(scene) = self.scene.clone() else {
+            self.tell(Tone::Plain, "the scene is still being loaded".into());
+            return Vec::new();
+        };
+        let adviser = Adviser::new(self.editor.desc().clone());
+        let effect = Effect::Advise { desc: adviser.desc.clone(), scene, waits: adviser.waits() };
+        self.dialog = Some(Dialog::Adviser(adviser));
+        vec![effect]
+    }
+
+    /// The adviser has measured; it was about this description.
+    pub(super) fn advised(&mut self, desc: &Arc<SceneDesc>, found: Result<Vec<Advice>, String>) {
+        if let Some(Dialog::Adviser(adviser)) = &mut self.dialog
+            && Arc::ptr_eq(&adviser.desc, desc)
+        {
+            adviser.answer(found);
+        }
+    }
+
+    /// Does what was advised about a description: one step of undo.
+    fn follow(&mut self, advice: &Advice, about: &SceneDesc) {
+        let text = advice.change.text(about);
+        let made = self.change(&format!("advice: {text}"), None, |desc| {
+            advice.change.apply(desc);
+            Ok(())
+        });
+        if made.is_some() {
+            self.tell(Tone::Good, text);
+        }
+    }
+
     /// Closes what is open. `revert`: what it changed is as before.
     pub(super) fn close(&mut self, revert: bool) {
         self.leave_when_written = false;
@@ -165,10 +207,12 @@ impl App {
                 }
             }
             Some(Dialog::Color(color, targets, label)) => {
-                if color.paste(text) {
-                    let (value, targets, label) = (Value::Color(color.color()), targets.clone(), *label);
-                    self.set_live(&targets, label, &value);
+                let (taken, targets, label) = (color.paste(text), targets.clone(), *label);
+                if !taken {
+                    return Vec::new();
                 }
+                let value = Value::Color(color.color());
+                self.set_live(&targets, label, &value);
             }
             _ => {}
         }

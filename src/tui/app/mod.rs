@@ -131,6 +131,10 @@ pub struct App {
     /// The description is newer than what was last given to the compiler.
     edited: bool,
     compiling: bool,
+    /// When the oldest edit was made that no whole picture shows yet.
+    unseen: Option<Instant>,
+    /// From an edit to the first whole picture of it.
+    latency: Option<Duration>,
     /// A save waits for the first whole picture.
     save_wanted: bool,
     /// The last save: how much of the picture was done, or why it failed.
@@ -196,6 +200,8 @@ impl App {
             watch_due: true,
             edited: true,
             compiling: false,
+            unseen: None,
+            latency: None,
             save_wanted: false,
             saved: None,
             saves_running: 0,
@@ -232,6 +238,15 @@ impl App {
     /// Takes in what happened and tells what has to be done. An edit only marks the description as edited: see
     /// [`App::begin_compile`].
     pub fn update(&mut self, event: Event, now: Instant) -> Vec<Effect> {
+        let was_edited = self.edited;
+        let effects = self.happened(event, now);
+        if self.edited && !was_edited && self.scene.is_some() {
+            self.unseen.get_or_insert(now);
+        }
+        effects
+    }
+
+    fn happened(&mut self, event: Event, now: Instant) -> Vec<Effect> {
         match event {
             Event::Key(key) => return self.key(key, now),
             Event::Mouse(mouse) => return self.mouse(mouse, now),
@@ -248,6 +263,7 @@ impl App {
             Event::Saved(result) => self.picture_saved(result),
             Event::Listed { directory, entries } => return self.listed(&directory, entries),
             Event::Looked { file, picture } => self.looked(&file, picture),
+            Event::Advised { desc, found } => self.advised(&desc, found),
             Event::Measured { file, bounds } => self.measured(file, bounds),
             Event::SceneWritten { written, result } => self.scene_written(written, result, now),
             Event::FilesChanged(files) => return self.files_changed(files),

@@ -16,6 +16,7 @@ use crate::tui::numbers::Numbers;
 use crate::tui::preview::Preview;
 use crate::tui::transform::Transform;
 use std::sync::Arc;
+use std::time::Duration;
 
 impl App {
     /// As it is edited now.
@@ -66,6 +67,11 @@ impl App {
     /// What is going on.
     pub fn activity(&self) -> Activity {
         self.activity
+    }
+
+    /// Time from the last edit to the first whole picture of it.
+    pub fn latency(&self) -> Option<Duration> {
+        self.latency
     }
 
     /// The last thing the user should know.

@@ -10,11 +10,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// What is to be compiled, the scene whose parts can be shared, and the files that are others now than those it was made of.
+pub type Compile = (Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>);
+
 impl App {
     /// What has to be compiled now: nothing if nothing was edited or the compiler is still at work. To be asked when a
     /// batch of events is taken in, so that a burst of keys is one restart. With it the scene whose parts can be shared,
     /// and the files that are others now than those it was made of.
-    pub fn begin_compile(&mut self) -> Option<(Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>)> {
+    pub fn begin_compile(&mut self) -> Option<Compile> {
         if self.compiling || !std::mem::take(&mut self.edited) {
             return None;
         }
@@ -26,6 +29,9 @@ impl App {
     /// Brings preview and numbers up to date for a frame at `now`.
     pub fn refresh(&mut self, now: Instant) {
         self.refresh_picture(now);
+        if self.is_awaited() {
+            self.latency = self.unseen.take().map(|since| now.saturating_duration_since(since));
+        }
         let ended = matches!(self.activity, Activity::Finished | Activity::Failed);
         if ended || self.numbers.as_ref().is_none_or(|numbers| numbers.are_old(now)) {
             let before = self.numbers.take();
@@ -46,7 +52,7 @@ impl App {
     }
 
     /// Whether a new render is on its way.
-    pub(super) fn is_restarting(&self) -> bool {
+    pub fn is_restarting(&self) -> bool {
         self.edited || self.compiling
     }
 
@@ -56,6 +62,10 @@ impl App {
             false if self.is_restarting() => Activity::Compiling,
             false => Activity::Rendering,
         };
+        if paused {
+            // What takes longer now is the user's will.
+            self.unseen = None;
+        }
         if let Some(progress) = &mut self.progress {
             progress.set_paused(paused, now);
         }
@@ -116,6 +126,7 @@ impl App {
             }
             Err(error) => {
                 self.activity = Activity::Failed;
+                self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
                 self.end_if_alone();
                 Vec::new()
@@ -146,6 +157,7 @@ impl App {
             }
             RenderEvent::Failed(error) => {
                 self.activity = Activity::Failed;
+                self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
                 self.end_if_alone();
             }
@@ -165,8 +177,18 @@ impl App {
         vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
     }
 
+    /// Whether the screen, at its last frame, showed a whole picture of what is edited now.
+    pub fn is_seen(&self) -> bool {
+        self.unseen.is_none()
+    }
+
+    /// Whether the next frame is the first to show a whole picture of an edit.
+    pub fn is_awaited(&self) -> bool {
+        self.unseen.is_some() && self.is_whole()
+    }
+
     /// Whether every pixel of the film belongs to the newest scene.
-    fn is_whole(&self) -> bool {
+    pub fn is_whole(&self) -> bool {
         !self.is_restarting() && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
     }
 

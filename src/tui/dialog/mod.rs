@@ -1,5 +1,6 @@
 //! Boxes over the screen that take the keys until they are closed.
 
+mod adviser;
 pub mod color;
 pub mod files;
 mod help;
@@ -9,6 +10,7 @@ mod prompt;
 mod rays;
 mod texture;
 
+pub use adviser::Adviser;
 pub use color::ColorDialog;
 pub use files::{Files, Wish};
 pub use help::Help;
@@ -27,6 +29,8 @@ pub enum Dialog {
     Help(Help),
     /// All commands.
     Palette(Palette),
+    /// What the scene does not need.
+    Adviser(Adviser),
     /// What to add.
     Add(AddMenu),
     /// A line of text.
