@@ -56,6 +56,7 @@ pub fn latency(args: &LatencyArgs, console: &Console) -> Result<Report, Failure>
     let count = args.repeats.unwrap_or(if args.study.quick { 6 } else { 40 }) as usize;
     let opened = Opened::new(args.scene.as_deref(), None, isa)?;
     let options = |name: String| Options {
+        view: crate::render::View::Final,
         desc: opened.desc.clone(),
         compiled: None,
         source: None,

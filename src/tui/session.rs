@@ -42,8 +42,8 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     if let Some(compiled) = options.compiled {
         app.lend(compiled);
     }
-    // Nothing is traced for it before there is a scene.
     if options.view != View::Final {
+        // Nothing is traced for it before there is a scene.
         drop(app.show(options.view));
     }
     app.set_keymap(options.keymap);

@@ -46,8 +46,8 @@ fn dialog(app: &App, dialog: &Dialog, room: Rect, buffer: &mut Buffer) {
     let (mode, keymap) = (app.mode(), app.keymap());
     match dialog {
         Dialog::Help(help) => help.draw(mode, keymap, buffer.area, buffer),
-        Dialog::Adviser(adviser) => adviser.draw(mode, keymap, room, buffer),
         Dialog::Rays(rays) => rays.draw(mode, keymap, room, buffer),
+        Dialog::Adviser(adviser) => adviser.draw(mode, keymap, room, buffer),
         Dialog::Palette(palette) => palette.draw(mode, keymap, room, buffer),
         Dialog::Add(menu) => menu.draw(mode, keymap, room, buffer),
         Dialog::Prompt(prompt) => prompt.draw(mode, keymap, room, buffer),

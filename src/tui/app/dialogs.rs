@@ -45,18 +45,18 @@ impl App {
                 }
                 // Any other key closes it.
             }
+            Dialog::Rays(rays) => {
+                if rays.command(command, self.size.1) {
+                    self.dialog = Some(dialog);
+                }
+                // Any other key closes it.
+            }
             Dialog::Adviser(adviser) => {
                 let (advice, text) = (adviser.key(command), adviser.desc.clone());
                 self.dialog = Some(dialog);
                 if let Some(advice) = advice {
                     self.follow(&advice, &text);
                 }
-            }
-            Dialog::Rays(rays) => {
-                if rays.command(command, self.size.1) {
-                    self.dialog = Some(dialog);
-                }
-                // Any other key closes it.
             }
             Dialog::Palette(palette) => match palette.key(key, command) {
                 Some(chosen) => return self.command(chosen, now),
