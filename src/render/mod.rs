@@ -19,7 +19,7 @@ mod round;
 mod tile;
 
 pub use crate::shading::RayCounts;
-pub use event::{Cut, RenderError, RenderEvent, TileImage, TileStats};
+pub use event::{Cut, ErrorChange, RenderError, RenderEvent, TileImage, TileStats};
 pub use film::Film;
 pub use forecast::Eta;
 pub use job::{RenderHandle, Settings, default_threads, start};
