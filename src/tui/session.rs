@@ -38,6 +38,8 @@ struct Session {
     app: App,
     isa: Isa,
     settings: Settings,
+    /// Time after which a render ends.
+    time: Option<Duration>,
     render: Option<RenderHandle>,
     events: (Sender<Event>, Receiver<Event>),
     mailbox: Mailbox,
@@ -64,6 +66,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     }
     app.set_keymap(options.keymap);
     app.set_directory(options.directory);
+    app.set_time_limit(options.time);
     if let Some(source) = options.source {
         app.set_source(source);
     }
@@ -106,6 +109,7 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
         app,
         isa,
         settings,
+        time: options.time,
         render: None,
         events,
         mailbox,
@@ -205,7 +209,14 @@ impl Session {
             Effect::Watch(files) => drop(self.watched.send(files)),
             Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
             Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
-            Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
+            Effect::Start(scene) => {
+                let render = start(scene, self.settings);
+                // A time too long for the clock never ends.
+                if let Some(deadline) = self.time.and_then(|time| Instant::now().checked_add(time)) {
+                    render.finish_by(deadline);
+                }
+                self.render = Some(render);
+            }
             Effect::Pause(paused) => match &self.render {
                 Some(render) if paused => render.pause(),
                 Some(render) => render.resume(),
