@@ -122,6 +122,8 @@ fn the_picture_has_the_same_bits_for_any_threads_tiles_and_pauses() {
 #[test]
 fn a_pixel_is_the_mean_of_the_first_samples_of_its_sequence() {
     let (_, demo) = gallery(64).into_iter().find(|(path, _)| path.ends_with("demo.toml")).unwrap();
+    // With mirrors and glass the paths that are not followed depend on the error.
+    let demo = SceneDesc { render: RenderDesc { shading: Shading::Phong, ..demo.render }, ..demo };
     let got = run(&to_error(&demo, 4.0), settings(2, 16));
     let mut seen = std::collections::BTreeMap::new();
     for (i, n) in got.samples.iter().enumerate() {
@@ -163,12 +165,44 @@ fn the_estimate_is_the_measured_error_within_a_factor_of_one_and_a_half_for_19_o
 }
 
 #[test]
+fn every_round_adds_samples_and_there_are_few_of_them() {
+    let sizes = [(1, 1), (2, 9), (7, 5), (8, 8), (17, 3), (32, 18), (33, 65)];
+    let mut most = 0;
+    for (path, scene) in gallery(32) {
+        for (i, (width, height)) in sizes.into_iter().enumerate() {
+            // Every scene meets every target and lighting model, though not in every size.
+            let error = [12.0, 4.0, 1.0, 0.2, 0.0][i % 5];
+            let mut d = to_error(&scene, error);
+            (d.film.width, d.film.height) = (width, height);
+            (d.render.shading, d.render.samples) = (Shading::NAMES[i % Shading::NAMES.len()].1, [5, 64, 1000][i % 3]);
+            let what = format!("{} at {width}x{height} to {error}", path.display());
+            let handle = render::start(compile(&d), settings(2, 8));
+            let (mut rounds, mut samples, mut last) = (0, 0, u64::MAX);
+            for event in handle.events() {
+                match event {
+                    RenderEvent::TileFinished { stats, .. } => samples += stats.samples,
+                    RenderEvent::Estimated { .. } => {
+                        rounds += 1;
+                        assert!(rounds == 1 || samples > last, "{what}: round {rounds} adds nothing");
+                        assert!(rounds <= 60, "{what}: {rounds} rounds, {samples} samples");
+                        last = samples;
+                    }
+                    RenderEvent::Failed(error) => panic!("{what}: {error}"),
+                    _ => {}
+                }
+            }
+            most = most.max(rounds);
+        }
+    }
+    println!("{most} rounds at most");
+}
+
+#[test]
 fn a_fence_is_not_missed() {
     within_target("fence", &fence(9, 0.7, 4.3, 17.0, 24));
 }
 
 #[test]
-#[ignore = "white on black finer than a pixel is still estimated too low: 7.4 codes measured where 4 are asked for"]
 fn fences_and_wires_thinner_than_a_pixel_are_not_missed() {
     for (name, d) in [
         ("fine fence", fence(40, 0.3, 1.7, 31.0, 24)),
@@ -327,7 +361,7 @@ fn what_a_cut_picture_lacks_is_within_the_bound_and_is_cheaper_than_the_same_by_
         assert!(largest <= lacks.largest * bound + rest && mean <= lacks.sum * bound + rest, "{name}");
     }
     let told = |run: &(Film, u64, render::Cut)| (difference(&run.0, &whole.0), run.1);
-    let depths: Vec<_> = [8, 10, 12, 16].iter().map(|depth| told(&cut(&mirror_room(*depth, None)))).collect();
+    let depths: Vec<_> = [10, 12, 16].iter().map(|depth| told(&cut(&mirror_room(*depth, None)))).collect();
     let weights: Vec<_> =
         [8.0, 4.0, 2.0, 1.0, 0.5, 0.1, 0.02].iter().map(|e| told(&cut(&mirror_room(40, Some(*e))))).collect();
     println!("error and rays by depth {depths:?}\nby weight {weights:?}");

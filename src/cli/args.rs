@@ -250,6 +250,13 @@ impl SceneArgs {
 }
 
 impl RenderArgs {
+    /// What the interface does with a scene that says no end, if no flag does: it refines where the picture is wrong.
+    pub fn end_usually(&self, desc: &mut SceneDesc) {
+        if self.scene.samples.is_none() && self.scene.error.is_none() && self.time.is_none() {
+            (desc.render.error, desc.render.samples) = (Some(limits::USUAL_ERROR), limits::ADAPTIVE_SAMPLES);
+        }
+    }
+
     /// Threads and tiles.
     pub fn settings(&self) -> Settings {
         Settings { threads: self.threads.unwrap_or_else(crate::render::default_threads), tile_size: self.tile_size }
@@ -378,6 +385,30 @@ mod tests {
         assert_eq!(ends(" --samples 64 --error 0.5"), (64, Some(0.5)));
         assert_eq!(ends(" --time 3"), (limits::MAX_SAMPLES, Some(0.0)));
         assert_eq!(ends(" --time 3 --samples 8"), (8, Some(0.0)));
+    }
+
+    #[test]
+    fn the_interface_refines_to_half_a_code_where_nobody_says_an_end() {
+        let ends = |flags: &str| {
+            let mut desc = SceneDesc::default();
+            let args = parse(&format!("glimt{flags}")).unwrap().show;
+            args.scene.override_scene(&mut desc, args.time);
+            args.end_usually(&mut desc);
+            (desc.render.samples, desc.render.error)
+        };
+        assert_eq!(ends(" --max-depth 2"), (limits::ADAPTIVE_SAMPLES, Some(limits::USUAL_ERROR)));
+        assert_eq!(ends(" --samples 5"), (5, None));
+        assert_eq!(ends(" --error 3"), (limits::ADAPTIVE_SAMPLES, Some(3.0)));
+        assert_eq!(ends(" --time 3"), (limits::MAX_SAMPLES, Some(0.0)));
+        for (text, says) in [
+            ("", false),
+            ("[render]\nmax_depth = 3 # samples = 4", false),
+            ("[render]\nsamples = 16", true),
+            ("render = { error = 1 }", true),
+            ("\u{feff}[render]\nerror = 2.0", true),
+        ] {
+            assert_eq!(crate::description::says_where_to_end(text), says, "{text}");
+        }
     }
 
     #[test]

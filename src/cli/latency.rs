@@ -56,7 +56,8 @@ pub fn latency(args: &LatencyArgs, console: &Console) -> Result<Report, Failure>
     let count = args.repeats.unwrap_or(if args.study.quick { 6 } else { 40 }) as usize;
     let opened = Opened::new(args.scene.as_deref(), None, isa)?;
     let options = |name: String| Options {
-        view: crate::render::View::Final,
+        view: View::Final,
+        time: None,
         desc: opened.desc.clone(),
         compiled: None,
         source: None,
@@ -67,7 +68,6 @@ pub fn latency(args: &LatencyArgs, console: &Console) -> Result<Report, Failure>
         threads,
         isa,
         color: ColorChoice::Truecolor,
-        view: View::Final,
     };
     let mut scenes = vec![options(opened.name().to_string_lossy().into_owned())];
     scenes[0].compiled = Some(Arc::new(opened.compile()?));

@@ -91,6 +91,9 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     }
     let keymap = tui::keymap::load().map_err(Failure::Asked)?;
     let (mut opened, output) = open(args)?;
+    if !opened.says_where_to_end() {
+        args.end_usually(&mut opened.desc);
+    }
     let options = tui::Options {
         source: opened.source(),
         directory: opened.directory(),
@@ -100,6 +103,7 @@ fn show(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
         compiled: opened.compiled.take().map(Arc::new),
         output,
         threads: args.settings().threads,
+        time: args.time,
         isa: opened.isa,
         color: args.color.color,
         view: args.view,

@@ -3,7 +3,7 @@
 use super::Failure;
 use super::model_scene::scene_of_model;
 use crate::bvh::Isa;
-use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable};
+use crate::description::{DEMO, FilmDesc, SceneDesc, builtin, parse, point_out, printable, says_where_to_end};
 use crate::render::View;
 use crate::scene::{CompileError, Scene, compile_for};
 use crate::tui::FileText;
@@ -78,6 +78,11 @@ impl Opened {
             Some(mistake) => Failure::Scene(vec![mistake]),
             None => Failure::asked(error),
         }
+    }
+
+    /// Whether the scene itself says where a render ends.
+    pub fn says_where_to_end(&self) -> bool {
+        self.text.as_deref().is_some_and(says_where_to_end)
     }
 
     /// What the interface saves into: the file as it was read; `None` for a model.

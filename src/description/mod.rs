@@ -23,7 +23,7 @@ pub use expression::Expression;
 pub use history::History;
 pub use interval::Interval;
 pub use parse::{color_code, files_named, parse, parse_color, point_out};
-pub use save::{SaveError, Source, save};
+pub use save::{SaveError, Source, save, says_where_to_end};
 pub use target::{Refused, Target};
 
 use crate::math::Rgb;

@@ -9,7 +9,7 @@ use crate::scene::{Imported, Scene};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Everything worth knowing about a finished render. As JSON (`--json`) its fields are the object's, times in
 /// seconds; [`fmt::Display`] is one line for people.
@@ -41,6 +41,9 @@ pub struct Report {
     pub time_limit: Option<f64>,
     /// Estimated root mean square of the sampling error, 8-bit codes; `null` where there are too few samples to tell.
     pub error: Option<f64>,
+    /// Seconds that it would yet take to `error_target`, at least and at most: 0 if it is reached; `null` if that is
+    /// never or can not be told.
+    pub seconds_to_target: Option<[f64; 2]>,
     /// Lighting model.
     pub shading: &'static str,
     /// What glass does to shadow rays.
@@ -262,6 +265,9 @@ impl Report {
             error_target: scene.render.error,
             time_limit: time_limit.map(|limit| limit.as_secs_f64()),
             error: progress.error(),
+            seconds_to_target: (scene.render.error.filter(|target| *target > 0.0))
+                .and_then(|target| progress.until(target, Instant::now()))
+                .map(|eta| [eta.low.as_secs_f64(), eta.high.as_secs_f64()]),
             shading: scene.render.shading.name(),
             shadows: scene.render.shadows.name(),
             numerics: scene.render.numerics.name(),

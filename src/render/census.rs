@@ -21,15 +21,33 @@ const LOWEST: f32 = -80.0;
 const FALL: f64 = 1.5;
 
 /// A round adds at most so many times the samples that a pixel has.
-const GROWTH: u32 = 4;
+const GROWTH: u8 = 4;
+
+/// Pixels that are refined or not together: the bins, the classes, and those that may not be refined any further.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Group(u8);
+
+const GROUPS: usize = BINS + CLASSES + 1;
+const SETTLED: usize = GROUPS - 1;
+
+impl Group {
+    fn of_class(class: usize) -> Self {
+        Self((BINS + class) as u8)
+    }
+
+    /// The class of pixels with one sample.
+    fn class(self) -> Option<usize> {
+        usize::from(self.0).checked_sub(BINS).filter(|class| *class < CLASSES)
+    }
+}
 
 /// Numbers of a round, by tile and then of the film.
 #[derive(Clone, Debug)]
 pub(super) struct Census {
-    bins: Vec<Tally>,
-    classes: [Class; CLASSES],
-    /// Error of pixels that may not be refined any further.
-    settled: Tally,
+    /// Pixels of each group, and the squared error of all but those with one sample.
+    groups: Vec<Tally>,
+    /// Pixels of each class that had one sample and got more: how far the first was from their mean.
+    checks: [Tally; CLASSES],
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,27 +56,29 @@ struct Tally {
     error: u64,
 }
 
-/// Pixels with one sample that fit in alike.
-#[derive(Clone, Copy, Debug, Default)]
-struct Class {
-    /// Those that still have one.
-    pixels: u64,
-    /// Those that got more: how many, and how far the first sample was from their mean.
-    checked: u64,
-    error: u64,
+impl Tally {
+    fn add(&mut self, squared_error: f64) {
+        self.pixels += 1;
+        self.error += whole(squared_error);
+    }
+
+    fn merge(&mut self, other: Tally) {
+        self.pixels += other.pixels;
+        self.error += other.error;
+    }
 }
 
 impl Default for Census {
     fn default() -> Self {
-        Self { bins: vec![Tally::default(); BINS], classes: Default::default(), settled: Tally::default() }
+        Self { groups: vec![Tally::default(); GROUPS], checks: Default::default() }
     }
 }
 
 /// What the pixels of the next round are told.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    /// Pixels for which another sample takes more than this from the sum of squared errors are refined.
-    threshold: f64,
+    /// How many times its samples a pixel gets.
+    growth: [u8; GROUPS],
     /// Expected squared error of a pixel with one sample, by class.
     classes: [f64; CLASSES],
 }
@@ -81,90 +101,88 @@ const BELIEF: f64 = 2.0;
 
 impl Census {
     /// A pixel that has got enough samples to be judged. `left`: samples that it may yet get.
-    pub fn pixel(&mut self, variance: f64, samples: u32, left: u32) {
-        let tally = if left == 0 { &mut self.settled } else { &mut self.bins[bin(variance / f64::from(samples))] };
-        tally.pixels += 1;
-        tally.error += whole(variance);
+    pub fn pixel(&mut self, variance: f64, samples: u32, left: u32) -> Group {
+        let group = if left == 0 { SETTLED } else { bin(variance / f64::from(samples)) };
+        self.groups[group].add(variance);
+        Group(group as u8)
     }
 
     /// A pixel that still has one sample.
-    pub fn unchecked(&mut self, fit: Fit) {
-        self.classes[class(fit)].pixels += 1;
+    pub fn unchecked(&mut self, fit: Fit) -> Group {
+        let group = Group::of_class(class(fit));
+        self.groups[usize::from(group.0)].pixels += 1;
+        group
     }
 
     /// A pixel that had one sample and got more: the squared distance of the first from the mean.
-    pub fn checked(&mut self, fit: Fit, distance2: f64) {
-        let class = &mut self.classes[class(fit)];
-        class.checked += 1;
-        class.error += whole(distance2);
+    pub fn checked(&mut self, group: Group, distance2: f64) {
+        if let Some(class) = group.class() {
+            self.checks[class].add(distance2);
+        }
     }
 
     /// Adds that of another tile.
     pub fn merge(&mut self, other: &Census) {
-        let pairs = self.bins.iter_mut().zip(&other.bins).chain([(&mut self.settled, &other.settled)]);
-        for (mine, its) in pairs {
-            mine.pixels += its.pixels;
-            mine.error += its.error;
+        for (mine, its) in self.groups.iter_mut().zip(&other.groups) {
+            mine.merge(*its);
         }
-        for (mine, its) in self.classes.iter_mut().zip(&other.classes) {
-            mine.pixels += its.pixels;
-            mine.checked += its.checked;
-            mine.error += its.error;
-        }
+        self.keep_checks(other);
     }
 
-    /// Takes over the checks of earlier rounds, which hold for good.
+    /// Takes over checks, which hold for good.
     pub fn keep_checks(&mut self, earlier: &Census) {
-        for (mine, its) in self.classes.iter_mut().zip(&earlier.classes) {
-            mine.checked += its.checked;
-            mine.error += its.error;
+        for (mine, its) in self.checks.iter_mut().zip(&earlier.checks) {
+            mine.merge(*its);
         }
     }
 
     fn class_errors(&self) -> [f64; CLASSES] {
         std::array::from_fn(|i| {
-            let class = self.classes[i];
-            (class.error as f64 / SCALE + BELIEF * guess(i)) / (class.checked as f64 + BELIEF)
+            let checks = self.checks[i];
+            (checks.error as f64 / SCALE + BELIEF * guess(i)) / (checks.pixels as f64 + BELIEF)
         })
     }
 
-    /// All groups of pixels: how many, their squared error together, what refining one is worth.
-    fn groups(&self) -> impl Iterator<Item = (f64, f64, f64)> {
-        let classes = self.class_errors();
-        let bins = self
-            .bins
-            .iter()
-            .enumerate()
-            .map(|(i, tally)| (tally.pixels as f64, tally.error as f64 / SCALE, value_of(i)));
-        let single = self.classes.into_iter().zip(classes);
-        bins.chain(single.map(|(class, error)| (class.pixels as f64, class.pixels as f64 * error, error)))
+    /// All groups that can be refined: how many pixels, their squared error together, what refining one is worth.
+    fn open(&self, classes: &[f64; CLASSES]) -> impl Iterator<Item = (f64, f64, f64)> {
+        self.groups[..SETTLED].iter().enumerate().map(|(i, tally)| {
+            let pixels = tally.pixels as f64;
+            match Group(i as u8).class() {
+                Some(class) => (pixels, pixels * classes[class], classes[class]),
+                None => (pixels, tally.error as f64 / SCALE, value_of(i)),
+            }
+        })
+    }
+
+    fn settled(&self) -> f64 {
+        self.groups[SETTLED].error as f64 / SCALE
     }
 
     fn pixels(&self) -> f64 {
-        self.groups().map(|(pixels, ..)| pixels).sum::<f64>() + self.settled.pixels as f64
+        self.groups.iter().map(|tally| tally.pixels).sum::<u64>() as f64
     }
 
     /// Estimated root mean square of the error of the picture, 8-bit codes.
     pub fn error(&self) -> f64 {
-        let sum = self.groups().map(|(_, error, _)| error).sum::<f64>() + self.settled.error as f64 / SCALE;
+        let sum = self.open(&self.class_errors()).map(|(_, error, _)| error).sum::<f64>() + self.settled();
         (sum / self.pixels().max(1.0)).sqrt()
     }
 
-    /// What to do to reach an error of `target`; `None` if it is reached or nothing can be refined.
+    /// What to do to reach an error of `target`; `None` if it is reached or nothing can be refined. A plan refines at least
+    /// one pixel: since the samples of a pixel are limited, there is a last plan.
     ///
     /// A pixel with n samples and the squared error V gains about V/n by another sample. Refining wherever that is above
     /// one threshold costs the fewest samples for an error; the threshold is the largest one with which the picture
     /// is expected to come down to the target, or to half its error, before pixels are judged anew.
     pub fn plan(&self, target: f64) -> Option<Plan> {
-        let error = self.error();
-        let open: f64 = self.groups().map(|(pixels, ..)| pixels).sum();
-        if error <= target || open == 0.0 {
+        let (error, classes) = (self.error(), self.class_errors());
+        if error <= target {
             return None;
         }
-        let goal = target.max(error / 2.0).powi(2) * self.pixels() - self.settled.error as f64 / SCALE;
+        let goal = target.max(error / 2.0).powi(2) * self.pixels() - self.settled();
         let after = |threshold: f64| -> f64 {
             let left = |value: f64| f64::from(factor(value, threshold)).powf(-FALL);
-            self.groups().map(|(_, error, value)| error * left(value)).sum()
+            self.open(&classes).map(|(_, error, value)| error * left(value)).sum()
         };
         // Halving the octaves between which it lies; they are those of the bins.
         let (mut low, mut high) = (-21.0, 21.0);
@@ -172,12 +190,17 @@ impl Census {
             let middle = (low + high) / 2.0;
             if after(f64::exp2(middle)) <= goal { low = middle } else { high = middle }
         }
-        Some(Plan { threshold: low.exp2(), classes: self.class_errors() })
+        let (mut growth, mut refined) = ([1; GROUPS], false);
+        for (growth, (pixels, _, value)) in growth.iter_mut().zip(self.open(&classes)) {
+            *growth = factor(value, low.exp2());
+            refined |= *growth > 1 && pixels > 0.0;
+        }
+        refined.then_some(Plan { growth, classes })
     }
 }
 
 /// How many times its samples a pixel gets.
-fn factor(value: f64, threshold: f64) -> u32 {
+fn factor(value: f64, threshold: f64) -> u8 {
     // V/n falls with the power 5/2 of the samples.
     match value / threshold {
         r if r <= 1.0 => 1,
@@ -200,18 +223,16 @@ fn whole(squared_codes: f64) -> u64 {
 }
 
 impl Plan {
-    /// Samples that a pixel of this squared error is to have, which has `samples`.
-    pub fn refine(&self, variance: f64, samples: u32) -> u32 {
-        samples.saturating_mul(factor(value_of(bin(variance / f64::from(samples))), self.threshold))
+    /// Samples that a pixel of this group is to have, which has `samples`.
+    pub fn refine(&self, group: Group, samples: u32) -> u32 {
+        match self.growth[usize::from(group.0)] {
+            growth if growth > 1 && samples < JUDGED => JUDGED,
+            growth => samples.saturating_mul(growth.into()),
+        }
     }
 
-    /// The same for a pixel with one sample.
-    pub fn refine_single(&self, fit: Fit) -> u32 {
-        if self.classes[class(fit)] > self.threshold { JUDGED } else { 1 }
-    }
-
-    /// Expected squared error of a pixel with one sample.
-    pub fn single(&self, fit: Fit) -> f64 {
-        self.classes[class(fit)]
+    /// Expected squared error of a pixel with one sample, if this is a group of such.
+    pub fn single(&self, group: Group) -> Option<f64> {
+        group.class().map(|class| self.classes[class])
     }
 }

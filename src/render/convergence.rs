@@ -1,15 +1,13 @@
 //! How wrong the picture is, and when it will be right enough.
 
-use super::{Eta, Rect};
-use std::collections::HashMap;
+use super::{ErrorChange, Eta, Rect};
 use std::time::Duration;
 
 /// The estimated error of a picture over time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Convergence {
     pixels: f64,
-    /// Sum of the squared errors of each tile that can be judged, and their pixels together.
-    tiles: HashMap<(u32, u32), f64>,
+    /// Pixels of the tiles that can be judged, and the sum of their squared errors.
     judged: u64,
     sum: f64,
     history: Vec<(Duration, f64)>,
@@ -31,18 +29,16 @@ impl Convergence {
     }
 
     /// Takes in what a tile says of itself.
-    pub fn learn(&mut self, rect: Rect, squared_error: f64, elapsed: Duration) {
-        match self.tiles.insert((rect.x, rect.y), squared_error) {
-            Some(before) => self.sum -= before,
-            None => self.judged += rect.area(),
+    pub fn learn(&mut self, rect: Rect, change: ErrorChange, elapsed: Duration) {
+        if change.before.is_none() {
+            self.judged += rect.area();
         }
-        self.sum = (self.sum + squared_error).max(0.0);
+        self.sum = (self.sum + change.now - change.before.unwrap_or_default()).max(0.0);
         self.note(elapsed);
     }
 
     /// Takes in what the whole picture says.
     pub fn judge(&mut self, error: f64, elapsed: Duration) {
-        // Tiles that are not refined report nothing: what they say stays, the sum is corrected.
         self.judged = self.pixels as u64;
         self.sum = error * error * self.pixels;
         self.history.push((elapsed, error));
@@ -95,26 +91,32 @@ mod tests {
     #[test]
     fn the_error_is_that_of_all_tiles_together_once_all_are_known() {
         let mut convergence = Convergence::of_pixels(128);
-        convergence.learn(rect(0), 64.0 * 9.0, Duration::from_secs(1));
+        let change = |before: Option<f64>, now: f64| ErrorChange { before: before.map(|b| 64.0 * b), now: 64.0 * now };
+        convergence.learn(rect(0), change(None, 9.0), Duration::from_secs(1));
         assert_eq!(convergence.error(), None);
-        convergence.learn(rect(8), 64.0 * 16.0, Duration::from_secs(2));
+        convergence.learn(rect(8), change(None, 16.0), Duration::from_secs(2));
         assert_eq!(convergence.error(), Some(12.5f64.sqrt()));
-        convergence.learn(rect(0), 0.0, Duration::from_secs(3));
+        convergence.learn(rect(0), change(Some(9.0), 0.0), Duration::from_secs(3));
         assert_eq!(convergence.error(), Some(8f64.sqrt()));
         convergence.judge(0.5, Duration::from_secs(4));
         assert_eq!(convergence.error(), Some(0.5));
         assert_eq!(convergence.history().last(), Some(&(Duration::from_secs(4), 0.5)));
+        // What the whole picture says holds, whatever the tiles said before.
+        convergence.learn(rect(8), change(Some(0.25), 0.05), Duration::from_secs(5));
+        assert!((convergence.error().unwrap() - 0.15f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn an_error_that_falls_as_a_power_of_the_time_crosses_the_target_within_the_range() {
         for power in [0.5, 0.75, 1.0, 1.5] {
             let mut convergence = Convergence::of_pixels(64);
+            let mut before = None;
             let at = |t: f64| 8.0 * t.powf(-power);
             for i in 1..=40 {
                 let time = 0.1 * 1.1f64.powi(i);
                 let elapsed = Duration::from_secs_f64(time);
-                convergence.learn(rect(0), 64.0 * at(time).powi(2), elapsed);
+                let now = 64.0 * at(time).powi(2);
+                convergence.learn(rect(0), ErrorChange { before: before.replace(now), now }, elapsed);
                 let target = at(100.0);
                 let eta = convergence.until(target, elapsed).unwrap();
                 let truth = Duration::from_secs_f64(100.0 - time);
@@ -130,7 +132,8 @@ mod tests {
     fn a_long_render_keeps_a_short_history() {
         let mut convergence = Convergence::of_pixels(64);
         for i in 1..200_000u32 {
-            convergence.learn(rect(0), 1.0, Duration::from_millis(i.into()));
+            let before = (i > 1).then_some(1.0);
+            convergence.learn(rect(0), ErrorChange { before, now: 1.0 }, Duration::from_millis(i.into()));
         }
         assert!(convergence.history().len() < 500);
     }

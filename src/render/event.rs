@@ -68,10 +68,19 @@ pub struct TileStats {
     pub busy: Duration,
     /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as
     /// nothing can be said.
-    pub squared_error: Option<f64>,
+    pub squared_error: Option<ErrorChange>,
     /// Weight of the paths that were not followed: sum over the pixels, and that of the worst pixel. Times
     /// [`Scene::largest_radiance`](crate::scene::Scene::largest_radiance) it bounds what they would add.
     pub cut: Cut,
+}
+
+/// Sum over the pixels of a tile of their expected squared errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorChange {
+    /// Before the pass; `None` if nothing could be said.
+    pub before: Option<f64>,
+    /// After it.
+    pub now: f64,
 }
 
 /// Weight of paths that were not followed.

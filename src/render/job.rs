@@ -87,9 +87,9 @@ impl Drop for RenderHandle {
 /// puts the tile at the end of the queue if it has passes to come. So all tiles go through the passes together, a tile is
 /// in one pair of hands at a time, and nobody waits for anybody.
 ///
-/// With an error to reach, the passes that give every pixel its first sample are followed by rounds. A round begins when all
-/// tiles have ended the one before: who comes last adds up how wrong the picture is and plans which pixels are worth
-/// more samples.
+/// With an error to reach, the passes that give every pixel its first sample are followed by rounds. When all tiles have
+/// been traced, each pixel is judged by its samples and its neighbours; when all have been judged, who comes last adds up
+/// how wrong the picture is and plans which pixels are worth more samples.
 ///
 /// # Panics
 /// If `settings.tile_size` is not a multiple of 8.
@@ -176,6 +176,8 @@ enum Step {
     Listed(usize),
     /// A round of refinement; the first has no plan.
     Round(u32, Option<Arc<Plan>>),
+    /// What comes after the round: how wrong the pixels are.
+    Judge(u32),
 }
 
 /// What all workers know.
@@ -203,12 +205,8 @@ struct Gathering {
     tiles: Vec<Tile>,
     /// Of the round under way.
     census: Census,
-    /// Of the rounds before it.
-    earlier: Census,
     /// Whether a tile was refined in the round under way.
     refined: bool,
-    /// Rounds without that, one after the other.
-    idle: u32,
 }
 
 struct Worker {
@@ -250,6 +248,7 @@ impl Worker {
             let done = match job.step {
                 Step::Listed(number) => self.pass(job.tile, number, &mut batch),
                 Step::Round(number, plan) => self.round(job.tile, number, plan.as_deref(), &mut batch),
+                Step::Judge(number) => self.judge(job.tile, number),
             };
             if let Err(Leave) = done {
                 return;
@@ -278,8 +277,8 @@ impl Worker {
         }
         let judging = Instant::now();
         let mut image = tile.image();
-        if let Some((sum, errors)) = tile.own_errors() {
-            (stats.squared_error, image.errors) = (Some(sum), errors);
+        if let Some((change, errors)) = tile.own_errors() {
+            (stats.squared_error, image.errors) = (Some(change), errors);
         }
         stats.cut = tile.cut();
         stats.busy += judging.elapsed();
@@ -293,8 +292,8 @@ impl Worker {
         if number + 1 < shared.passes.len() {
             let _ = self.requeue.send(Some(Job { tile, step: Step::Listed(number + 1) }));
         } else if let Some(map) = &shared.map {
-            tile.write(map, 0);
-            return self.gather(tile, 0, true, &Census::default());
+            tile.write(map);
+            self.gather_traced(tile, 0, false, &Census::default());
         } else if shared.done.fetch_add(1, Ordering::AcqRel) + 1 == shared.tiles {
             return Err(Leave);
         }
@@ -305,59 +304,73 @@ impl Worker {
     fn round(&self, mut tile: Tile, number: u32, plan: Option<&Plan>, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
-        let round = Round { number, map, plan, limit: shared.scene.render.samples };
+        let round = Round { map, plan, limit: shared.scene.render.samples };
         let (pass, mut stats, mut census) = (Pass::Adapt { round: number }, TileStats::default(), Census::default());
-        let choosing = Instant::now();
-        let any = tile.choose(&round, batch);
-        stats.busy += choosing.elapsed();
-        let mut traced = Traced::Whole;
-        if any {
-            self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
-            traced = tile.trace_wanted(self.tracer(), batch, &mut stats);
+        if !tile.choose(&round, batch) {
+            self.gather_traced(tile, number, false, &census);
+            return Ok(());
+        }
+        self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
+        let traced = tile.trace_wanted(self.tracer(), batch, &mut stats);
+        if traced == Traced::Cancelled {
+            return Err(Leave);
         }
         let judging = Instant::now();
-        match traced {
-            Traced::Cancelled => return Err(Leave),
-            Traced::Part => batch.forget(),
-            Traced::Whole => tile.write(map, number),
+        tile.note(&round, batch, &mut census);
+        let mut image = tile.image();
+        if plan.is_some() {
+            let (change, errors) = tile.errors(&round, batch);
+            (stats.squared_error, image.errors) = (Some(change), errors);
         }
-        let (sum, errors) = tile.judge(&round, batch, &mut census);
         stats.cut = tile.cut();
         stats.busy += judging.elapsed();
-        if any {
-            stats.squared_error = Some(sum);
-            let mut image = tile.image();
-            image.errors = errors;
-            self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
+        self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
+        if traced == Traced::Part {
+            return Err(Leave);
         }
-        if traced == Traced::Part { Err(Leave) } else { self.gather(tile, number, any, &census) }
+        self.gather_traced(tile, number, true, &census);
+        Ok(())
     }
 
-    /// Takes a tile in that is through a round. Who brings the last one plans the next.
-    fn gather(&self, tile: Tile, number: u32, refined: bool, census: &Census) -> Result<(), Leave> {
-        let shared = &*self.shared;
-        let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
+    /// Takes a tile in that has been traced in a round. Who brings the last one lets all be judged.
+    fn gather_traced(&self, tile: Tile, number: u32, refined: bool, census: &Census) {
+        let mut gathering = self.shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
         gathering.census.merge(census);
         gathering.refined |= refined;
+        if gathering.tiles.len() < self.shared.tiles {
+            return;
+        }
+        // A plan that refines nothing would come again for ever. In round 1 the lot may fall on no pixel of a small film.
+        let refined = std::mem::take(&mut gathering.refined);
+        assert!(refined || number <= 1, "round {number} has refined nothing");
+        for tile in gathering.tiles.drain(..) {
+            let _ = self.requeue.send(Some(Job { tile, step: Step::Judge(number) }));
+        }
+    }
+
+    /// Judges the pixels of a tile after a round. Who judges the last one plans the next round.
+    fn judge(&self, mut tile: Tile, number: u32) -> Result<(), Leave> {
+        let shared = &*self.shared;
+        let Some(map) = &shared.map else { return Err(Leave) };
+        let mut census = Census::default();
+        tile.judge(&Round { map, plan: None, limit: shared.scene.render.samples }, &mut census);
+        let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
+        gathering.tiles.push(tile);
+        gathering.census.merge(&census);
         if gathering.tiles.len() < shared.tiles {
             return Ok(());
         }
-        let mut census = std::mem::take(&mut gathering.census);
-        census.keep_checks(&gathering.earlier);
-        // Pixels see their neighbours as they were a round ago, so one idle round does not mean that nothing can be done.
-        gathering.idle = if std::mem::take(&mut gathering.refined) { 0 } else { gathering.idle + 1 };
-        let plan = if number == 0 {
-            None
-        } else {
+        let census = std::mem::take(&mut gathering.census);
+        gathering.census.keep_checks(&census);
+        let mut plan = None;
+        if number > 0 {
             self.send(RenderEvent::Estimated { error: census.error() })?;
-            match census.plan(shared.target.unwrap_or_default()) {
-                Some(_) if gathering.idle > 1 => return Err(Leave),
-                None => return Err(Leave),
-                plan => plan.map(Arc::new),
+            plan = census.plan(shared.target.unwrap_or_default()).map(Arc::new);
+            if plan.is_none() {
+                return Err(Leave);
             }
-        };
-        gathering.earlier = census;
+        }
         for tile in gathering.tiles.drain(..) {
             let _ = self.requeue.send(Some(Job { tile, step: Step::Round(number + 1, plan.clone()) }));
         }

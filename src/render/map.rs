@@ -4,13 +4,13 @@ use super::pixel::Pixel;
 use crate::math::{linear_to_srgb, srgb_to_linear};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A word a pixel: its codes and its ray tree. Rounds write and read in turn two of these, so that what is read does not
-/// depend on who is first.
+/// A word a pixel: its codes and its ray tree. Tiles write their pixels while they are traced, and all wait for that before
+/// they read those of others, so that what is read does not depend on who is first.
 #[derive(Debug)]
 pub(super) struct Map {
     width: u32,
     height: u32,
-    rounds: [Vec<AtomicU64>; 2],
+    words: Vec<AtomicU64>,
 }
 
 /// What is seen in a pixel.
@@ -76,26 +76,26 @@ pub(super) struct Fit {
 
 impl Map {
     pub fn new(width: u32, height: u32) -> Self {
-        let words = || (0..u64::from(width) * u64::from(height)).map(|_| AtomicU64::new(0)).collect();
-        Self { width, height, rounds: [words(), words()] }
+        let words = (0..u64::from(width) * u64::from(height)).map(|_| AtomicU64::new(0)).collect();
+        Self { width, height, words }
     }
 
-    /// Puts down a pixel in `round`.
-    pub fn write(&self, round: u32, x: u32, y: u32, look: Look) {
-        self.rounds[round as usize % 2][self.at(x, y)].store(look.pack(), Ordering::Relaxed);
+    /// Puts down a pixel.
+    pub fn write(&self, x: u32, y: u32, look: Look) {
+        self.words[self.at(x, y)].store(look.pack(), Ordering::Relaxed);
     }
 
-    /// What was put down in `round`, which is over.
-    pub fn look(&self, round: u32, x: u32, y: u32) -> Look {
-        Look::unpack(self.rounds[round as usize % 2][self.at(x, y)].load(Ordering::Relaxed))
+    /// What was put down last.
+    pub fn look(&self, x: u32, y: u32) -> Look {
+        Look::unpack(self.words[self.at(x, y)].load(Ordering::Relaxed))
     }
 
-    /// How a pixel fitted in after `round`, which is over.
-    pub fn fit(&self, round: u32, x: u32, y: u32) -> Fit {
-        let here = self.look(round, x, y);
+    /// How a pixel fits in.
+    pub fn fit(&self, x: u32, y: u32) -> Fit {
+        let here = self.look(x, y);
         let near = |dx: i32, dy: i32| {
             let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
-            (x < self.width && y < self.height).then(|| self.look(round, x, y))
+            (x < self.width && y < self.height).then(|| self.look(x, y))
         };
         let mut fit = Fit { contrast2: 0.0, same: here.tree != 0, here, other: here };
         let mut farthest = 0.0;

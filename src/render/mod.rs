@@ -22,7 +22,7 @@ mod tile;
 mod view;
 
 pub use crate::shading::RayCounts;
-pub use event::{Cut, RenderError, RenderEvent, TileImage, TileStats};
+pub use event::{Cut, ErrorChange, RenderError, RenderEvent, TileImage, TileStats};
 pub use explain::{Explanation, explain};
 pub use film::Film;
 pub use forecast::Eta;

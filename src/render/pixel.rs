@@ -1,5 +1,6 @@
 //! The sums of one pixel, and how wrong its mean may be.
 
+use super::census::Group;
 use crate::math::{Rgb, linear_to_srgb};
 use crate::shading::Sample;
 
@@ -28,6 +29,9 @@ pub(super) struct Pixel {
     mixed: bool,
     /// Sum of the weights of paths that were not followed.
     cut: f32,
+    /// What the last census made of it: its group, and its expected squared error (0 with one sample).
+    pub group: Group,
+    pub judged: f32,
 }
 
 /// Samples below which a pixel tells nothing of its own error.

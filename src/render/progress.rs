@@ -153,8 +153,8 @@ impl Progress {
                     }
                 }
                 self.cuts.insert((tile.rect.x, tile.rect.y), stats.cut);
-                if let Some(squared_error) = stats.squared_error {
-                    self.convergence.learn(tile.rect, squared_error, elapsed);
+                if let Some(change) = stats.squared_error {
+                    self.convergence.learn(tile.rect, change, elapsed);
                 }
                 if self.first_picture.is_some() {
                     self.forecast.note(elapsed);

@@ -9,9 +9,7 @@ use crate::math::lowbias32;
 /// same picture.
 #[derive(Debug)]
 pub(super) struct Round<'a> {
-    /// From 1.
-    pub number: u32,
-    /// What pixels looked like after the rounds before.
+    /// What pixels look like.
     pub map: &'a Map,
     /// None in round 1, in which pixels are looked into by chance.
     pub plan: Option<&'a Plan>,
@@ -33,6 +31,10 @@ fn is_drawn(x: u32, y: u32) -> bool {
 /// What a neighbour shows of what lies beyond the edge is half of it on average, hence twice 0.408.
 const MISSED: f64 = 0.816;
 
+/// Where all samples of a pixel agree within a code or so, an edge next to it may still cut a corner off. A corner of the
+/// part 1/n of the pixel is about n^-1/2 wide, so that the chance falls no faster; as likely as above for 4 samples.
+const CORNER: f64 = 0.25;
+
 /// Pixels whose few samples say too little of their error are the ones that are not refined: the error of n samples is
 /// taken to be larger by a factor of 1 + OPTIMISM / n than these say.
 const OPTIMISM: f64 = 4.0;
@@ -42,49 +44,55 @@ const SMOOTH: f64 = 4.0;
 const OTHER_TREE: f64 = 16.0;
 
 impl Round<'_> {
-    fn fit(&self, x: u32, y: u32) -> Fit {
-        self.map.fit(self.number - 1, x, y)
-    }
-
     /// Samples that a pixel is to have after this round.
     pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
         let traced = pixel.traced();
         let wanted = match self.plan {
             None if is_drawn(x, y) => JUDGED,
             None => traced,
-            Some(plan) if traced < JUDGED => plan.refine_single(self.fit(x, y)),
-            Some(plan) => plan.refine(self.variance(pixel, x, y), traced),
+            Some(plan) => plan.refine(pixel.group, traced),
         };
         wanted.min(self.limit)
     }
 
-    /// Expected squared error of a pixel with enough samples: by these, and by what its neighbours say that they missed.
-    fn variance(&self, pixel: &Pixel, x: u32, y: u32) -> f64 {
-        let (fit, n) = (self.fit(x, y), f64::from(pixel.traced()));
+    /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
+    /// was.
+    pub fn note(&self, pixel: &Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
+        let look = Look::of(pixel);
+        if before == 1 {
+            census.checked(pixel.group, self.map.look(x, y).distance2(look));
+        }
+        self.map.write(x, y, look);
+    }
+
+    /// Expected squared error of a pixel before this round.
+    pub fn error_before(&self, pixel: &Pixel) -> f64 {
+        self.plan.and_then(|plan| plan.single(pixel.group)).unwrap_or(f64::from(pixel.judged))
+    }
+
+    /// Puts a pixel into the census when all tiles have been traced.
+    pub fn judge(&self, pixel: &mut Pixel, x: u32, y: u32, census: &mut Census) {
+        let traced = pixel.traced();
+        let fit = self.map.fit(x, y);
+        if traced < JUDGED {
+            pixel.group = census.unchecked(fit);
+            return;
+        }
+        let n = f64::from(traced);
         let missed = match fit {
             Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
             Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
             _ => 0.0,
         };
-        pixel.variance() * (1.0 + OPTIMISM / n) + missed / (2.0 * n)
+        let is_plain = pixel.variance() * n.powf(1.5) < 1.0;
+        let chance = if is_plain { CORNER / n.sqrt() } else { 0.5 / n };
+        let error = own_error(pixel) + missed * chance;
+        pixel.judged = error as f32;
+        pixel.group = census.pixel(error, traced, self.limit.saturating_sub(traced));
     }
+}
 
-    /// Puts a pixel into the census after its part of the round; its expected squared error.
-    pub fn judge(&self, pixel: &Pixel, x: u32, y: u32, census: &mut Census) -> f64 {
-        let traced = pixel.traced();
-        if traced < JUDGED {
-            let fit = self.fit(x, y);
-            census.unchecked(fit);
-            return self.plan.map_or(0.0, |plan| plan.single(fit));
-        }
-        let error = self.variance(pixel, x, y);
-        census.pixel(error, traced, self.limit - traced);
-        error
-    }
-
-    /// Tells the census how wrong the first sample of a pixel was, which was alone before this round.
-    pub fn check(&self, pixel: &Pixel, x: u32, y: u32, census: &mut Census) {
-        let before = self.map.look(self.number - 1, x, y);
-        census.checked(self.fit(x, y), before.distance2(Look::of(pixel)));
-    }
+/// Expected squared error of a pixel with enough samples by these alone.
+pub(super) fn own_error(pixel: &Pixel) -> f64 {
+    pixel.variance() * (1.0 + OPTIMISM / f64::from(pixel.traced()))
 }

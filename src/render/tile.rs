@@ -2,11 +2,11 @@
 
 use super::census::Census;
 use super::control::{Control, Wait};
-use super::event::{Cut, TileImage, TileStats};
+use super::event::{Cut, ErrorChange, TileImage, TileStats};
 use super::map::{Look, Map};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
-use super::round::Round;
+use super::round::{Round, own_error};
 use crate::description::Filter;
 use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
@@ -61,17 +61,8 @@ pub(super) struct Batch {
     pixels: Vec<u32>,
     samples: Vec<Sample>,
     scratch: Scratch,
-    /// Pixels of a round of refinement and how many samples they are to have.
-    wanted: Vec<(u32, u32)>,
-    /// Those of them that have a single sample.
-    singles: Vec<u32>,
-}
-
-impl Batch {
-    /// Lets go of what a round has begun and not ended.
-    pub(super) fn forget(&mut self) {
-        self.singles.clear();
-    }
+    /// Pixels of a pass: which, how many samples they have and how many they are to have.
+    wanted: Vec<(u32, u32, u32)>,
 }
 
 /// What a tile is traced with.
@@ -114,12 +105,14 @@ pub struct Tile {
     pixels: Vec<Pixel>,
     /// Pixels between the points of that lattice; 1 when all are there.
     step: u32,
+    /// What was last said of its squared error.
+    told: Option<f64>,
 }
 
 impl Tile {
     /// A rectangle without samples.
     pub fn new(rect: Rect) -> Self {
-        Self { rect, pixels: Vec::new(), step: COARSEST }
+        Self { rect, pixels: Vec::new(), step: COARSEST, told: None }
     }
 
     /// Columns and rows of the lattice.
@@ -158,7 +151,7 @@ impl Tile {
         for (row, column) in blocks(columns, rows) {
             let samples = pass.samples_at(x + column * self.step, y + row * self.step);
             if !samples.is_empty() {
-                batch.wanted.push((row * columns + column, samples.end));
+                batch.wanted.push((row * columns + column, samples.start, samples.end));
             }
         }
         self.trace_wanted(tracer, batch, stats)
@@ -168,16 +161,12 @@ impl Tile {
     pub(super) fn choose(&self, round: &Round, batch: &mut Batch) -> bool {
         let Rect { x, y, width, height } = self.rect;
         batch.wanted.clear();
-        batch.singles.clear();
         for (row, column) in blocks(width, height) {
             let at = row * width + column;
             let traced = self.pixels[at as usize].traced();
             let wanted = round.wanted(&self.pixels[at as usize], x + column, y + row);
             if wanted > traced {
-                batch.wanted.push((at, wanted));
-                if traced == 1 {
-                    batch.singles.push(at);
-                }
+                batch.wanted.push((at, traced, wanted));
             }
         }
         !batch.wanted.is_empty()
@@ -189,9 +178,9 @@ impl Tile {
         let mut start = Instant::now();
         let wanted = std::mem::take(&mut batch.wanted);
         let mut traced = Traced::Whole;
-        'all: for &(at, to) in &wanted {
+        'all: for &(at, from, to) in &wanted {
             let (px, py) = (x + at % columns * self.step, y + at / columns * self.step);
-            for index in self.pixels[at as usize].traced()..to {
+            for index in from..to {
                 batch.points.push(film_point(tracer.filter, px, py, index));
                 batch.pixels.push(at);
                 if batch.points.len() == BATCH {
@@ -249,28 +238,40 @@ impl Tile {
         Traced::Whole
     }
 
-    /// Puts down what the pixels look like after `round`.
-    pub(super) fn write(&self, map: &Map, round: u32) {
+    /// Puts down what all pixels look like.
+    pub(super) fn write(&self, map: &Map) {
         let Rect { x, y, width, .. } = self.rect;
         for (at, pixel) in (0..).zip(&self.pixels) {
-            map.write(round, x + at % width, y + at / width, Look::of(pixel));
+            map.write(x + at % width, y + at / width, Look::of(pixel));
         }
     }
 
-    /// Judges all pixels after their part of a round: the numbers for the whole picture, and the tile's own.
-    pub(super) fn judge(&self, round: &Round, batch: &Batch, census: &mut Census) -> (f64, Vec<f32>) {
+    /// Puts down what the pixels look like that were traced in a round.
+    pub(super) fn note(&self, round: &Round, batch: &Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
-        for &at in &batch.singles {
-            round.check(&self.pixels[at as usize], x + at % width, y + at / width, census);
+        for &(at, before, _) in &batch.wanted {
+            round.note(&self.pixels[at as usize], before, x + at % width, y + at / width, census);
         }
-        let mut sum = 0.0;
-        let errors = (0..).zip(&self.pixels).map(|(at, pixel)| {
-            let error = round.judge(pixel, x + at % width, y + at / width, census);
-            sum += error;
-            error.sqrt() as f32
-        });
-        let errors = errors.collect();
-        (sum, errors)
+    }
+
+    /// Judges all pixels when all tiles have been traced.
+    pub(super) fn judge(&mut self, round: &Round, census: &mut Census) {
+        let Rect { x, y, width, .. } = self.rect;
+        for (at, pixel) in (0..).zip(&mut self.pixels) {
+            round.judge(pixel, x + at % width, y + at / width, census);
+        }
+    }
+
+    /// The errors of all pixels and how their sum of squares has changed in a round that has a plan: what the last census
+    /// said, and of pixels that were traced what they say of themselves.
+    pub(super) fn errors(&self, round: &Round, batch: &Batch) -> (ErrorChange, Vec<f32>) {
+        let mut squares: Vec<f64> = self.pixels.iter().map(|pixel| round.error_before(pixel)).collect();
+        let before = squares.iter().sum();
+        for &(at, ..) in &batch.wanted {
+            squares[at as usize] = own_error(&self.pixels[at as usize]);
+        }
+        let change = ErrorChange { before: Some(before), now: squares.iter().sum() };
+        (change, squares.into_iter().map(|square| square.sqrt() as f32).collect())
     }
 
     /// What was not followed in its pixels.
@@ -281,19 +282,15 @@ impl Tile {
             .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) })
     }
 
-    /// The errors of all pixels by their own samples, if all have enough; and the sum of their squares.
-    pub(super) fn own_errors(&self) -> Option<(f64, Vec<f32>)> {
+    /// The errors of all pixels by their own samples, if all have enough; and how the sum of their squares has changed.
+    pub(super) fn own_errors(&mut self) -> Option<(ErrorChange, Vec<f32>)> {
         if self.pixels.iter().any(|pixel| pixel.traced() < JUDGED) {
             return None;
         }
-        let mut sum = 0.0;
-        let errors = self.pixels.iter().map(|pixel| {
-            let variance = pixel.variance();
-            sum += variance;
-            variance.sqrt() as f32
-        });
-        let errors = errors.collect();
-        Some((sum, errors))
+        let squares: Vec<f64> = self.pixels.iter().map(Pixel::variance).collect();
+        let now = squares.iter().sum();
+        let change = ErrorChange { before: self.told.replace(now), now };
+        Some((change, squares.into_iter().map(|square| square.sqrt() as f32).collect()))
     }
 
     /// The pixels as they are known: the mean of the samples, or that of the nearest lattice point up and left.

@@ -33,6 +33,8 @@ pub(super) struct Engine {
     pub app: App,
     isa: Isa,
     settings: Settings,
+    /// Time after which a render ends.
+    time: Option<Duration>,
     render: Option<RenderHandle>,
     /// What is traced for a view of the picture.
     probe: Option<RenderHandle>,
@@ -43,14 +45,15 @@ pub(super) struct Engine {
 }
 
 impl Engine {
-    /// With the first frame due.
-    pub fn new(app: App, isa: Isa, threads: NonZeroUsize) -> Self {
+    /// With the first frame due. `time`: after it a render ends.
+    pub fn new(app: App, isa: Isa, threads: NonZeroUsize, time: Option<Duration>) -> Self {
         let now = Instant::now();
         let settings = Settings { threads, ..Settings::default() };
         Self {
             app,
             isa,
             settings,
+            time,
             render: None,
             probe: None,
             events: unbounded(),
@@ -153,7 +156,14 @@ impl Engine {
                     let _ = self.events.0.send(Event::Broken(refused));
                 }
             }
-            Effect::Start(scene) => self.render = Some(start(scene, self.settings)),
+            Effect::Start(scene) => {
+                let render = start(scene, self.settings);
+                // A time too long for the clock never ends.
+                if let Some(deadline) = self.time.and_then(|time| Instant::now().checked_add(time)) {
+                    render.finish_by(deadline);
+                }
+                self.render = Some(render);
+            }
             Effect::Probe(wanted) => {
                 self.probe = wanted.map(|(scene, probe)| start_probe(scene, probe, self.settings));
             }

@@ -86,7 +86,7 @@ impl Bench {
         let scene = Arc::new(compile_for(&desc, compiled.as_deref(), isa)?);
         let mut app = App::new(desc, &options.scene_name, &options.output, threads.get(), ColorMode::Truecolor, size);
         app.lend(scene);
-        let mut bench = Self { engine: Engine::new(app, isa, threads), random: SplitMix64(1) };
+        let mut bench = Self { engine: Engine::new(app, isa, threads, None), random: SplitMix64(1) };
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end && !bench.app().is_whole() {
             bench.turn(end);

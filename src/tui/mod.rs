@@ -63,6 +63,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What to show, and how.
 #[derive(Clone, Debug)]
@@ -83,6 +84,8 @@ pub struct Options {
     pub output: PathBuf,
     /// Worker threads.
     pub threads: NonZeroUsize,
+    /// Time after which a render ends.
+    pub time: Option<Duration>,
     /// What scenes are compiled for.
     pub isa: Isa,
     /// Colours of the terminal.

@@ -48,10 +48,11 @@ pub fn run(options: Options) -> Result<Outcome, Error> {
     }
     app.set_keymap(options.keymap);
     app.set_directory(options.directory);
+    app.set_time_limit(options.time);
     if let Some(source) = options.source {
         app.set_source(source);
     }
-    let engine = Engine::new(app, isa, threads);
+    let engine = Engine::new(app, isa, threads, options.time);
     let events = engine.sender();
     let mailbox = Mailbox::default();
     // Signals first: none of them may find the terminal changed and nobody listening.

@@ -46,6 +46,13 @@ impl fmt::Display for SaveError {
 
 impl std::error::Error for SaveError {}
 
+/// Whether the text of a scene file says `samples` or `error`, and so where a render ends.
+pub fn says_where_to_end(text: &str) -> bool {
+    let document = text.strip_prefix('\u{feff}').unwrap_or(text).parse::<DocumentMut>();
+    let render = document.as_ref().ok().and_then(|document| document.get("render"));
+    render.is_some_and(|render| ["samples", "error"].iter().any(|key| render.get(key).is_some()))
+}
+
 /// The text of a scene file at `file` that says `edited`: the text of `source` with what differs changed, added or removed
 /// (with the comments right above it), and every other line as it was. Nothing is read or written. Paths that lie in other
 /// directories are made relative by names alone, where need be with the help of the working directory.

@@ -90,6 +90,8 @@ pub struct App {
     /// Where models and pictures are looked for first.
     directory: PathBuf,
     threads: usize,
+    /// Time after which a render ends.
+    time: Option<Duration>,
     mode: ColorMode,
     layout: Layout,
     parts: Parts,
@@ -173,6 +175,7 @@ impl App {
             output: output.to_path_buf(),
             directory: PathBuf::from("."),
             threads,
+            time: None,
             mode,
             layout: Layout::default(),
             parts: Parts { editor: layout::has_room_for_editor(columns), numbers: true },
@@ -228,6 +231,11 @@ impl App {
     /// Models and pictures are looked for here first.
     pub fn set_directory(&mut self, directory: PathBuf) {
         self.directory = directory;
+    }
+
+    /// Renders end after this time.
+    pub fn set_time_limit(&mut self, time: Option<Duration>) {
+        self.time = time;
     }
 
     /// The user's own keys.

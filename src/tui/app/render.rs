@@ -107,7 +107,11 @@ impl App {
                     self.tell(Tone::Plain, format!("{}{more}", printable(warning)));
                 }
                 // The old picture stays until tiles of the new one replace it.
-                self.progress = Some(Progress::new(&scene, self.threads, now));
+                let mut progress = Progress::new(&scene, self.threads, now);
+                if let Some(limit) = self.time {
+                    progress.set_time_limit(limit);
+                }
+                self.progress = Some(progress);
                 self.numbers = None;
                 self.scene = Some(scene.clone());
                 let mut effects = vec![Effect::Start(scene)];
