@@ -13,8 +13,8 @@ const KERNELS: [&[&str]; 6] = [
     &["geometry", "triangle", "TriangleRay"],
 ];
 
-/// What of it may be called: entry points, and what runs once and not for every ray. Leaves of the tree over objects are no vector code; methods of the tree
-/// choose the entry point.
+/// What of it may be called: methods of the tree, which choose the entry point, the entry points, and what runs once and not for
+/// every ray. Leaves of the tree over objects are no vector code.
 const CALLED: [&str; 7] =
     ["glimt..bvh..Bvh$GT$", "_avx2", "_avx512", "3Isa", "simd..Isa", "5scene8traverse", "4simd6buffer"];
 
