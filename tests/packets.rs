@@ -75,6 +75,7 @@ fn brute_force(scene: &Scene, ray: &Ray) -> Option<Hit> {
 fn packets_find_what_single_rays_and_brute_force_find() {
     let mut scratch = PacketScratch::default();
     for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+        let mut alike = 0;
         for (seed, count) in (0..60).zip([0, 1, 2, 3, 5, 6, 7, 12, 40].into_iter().cycle()) {
             let scene = compile_for(&things(seed, count), None, isa).unwrap();
             let mut rng = SplitMix64(seed);
@@ -111,8 +112,11 @@ fn packets_find_what_single_rays_and_brute_force_find() {
                     assert_eq!(bits(*found), bits(scene.intersect::<Fast>(ray)), "{} {ray:?}", isa.name());
                 }
             }
-            assert!(count < 3 || hits > 50, "{hits} hits among {count}");
+            // Rays that run alike may all pass by.
+            assert!(count < 3 || seed % 2 == 0 || hits > 50, "{hits} hits among {count}");
+            alike += if seed % 2 == 0 { hits } else { 0 };
         }
+        assert!(alike > 5_000, "{alike} hits of rays that run alike");
     }
 }
 

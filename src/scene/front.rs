@@ -1,5 +1,7 @@
 //! Rays side by side in arrays, and the loops over them that the compiler makes vector code of.
 
+#![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
+
 use crate::bvh::Task;
 use crate::geometry::{
     Hit, Ray, cone_intersect, cuboid_intersect, cylinder_intersect, plane_intersect, quad_intersect, sphere_intersect,

@@ -1,8 +1,9 @@
 //! Many rays against the whole scene at once.
 //!
 //! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at all,
-//! then groups of rays that do, eight or more at a time (see `front`). Elsewhere, and in meshes, rays that run alike share the
-//! nodes of the tree ([`Bvh::traverse_packet`]).
+//! then groups of rays that do, eight or more at a time (see `front`). In meshes, rays that run alike share the
+//! nodes of the tree ([`Bvh::traverse_packet`]). In trees over many objects that gained nothing: 1.00 of the frame's CPU time on the
+//! sphereflake, 1.02 on the field of glass balls, where objects are met one ray at a time all the same.
 
 use super::front::{
     Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
@@ -169,8 +170,10 @@ impl Scene {
         scratch: &mut PacketScratch,
     ) {
         if !self.is_simple::<K>() {
-            let chunks = rays.chunks(PACKET).zip(hits.chunks_mut(PACKET));
-            return chunks.for_each(|(rays, hits)| self.closest_packet::<K>(rays, hits));
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = self.intersect::<K>(ray);
+            }
+            return;
         }
         let packet = scratch.room.get_or_insert_with(Packet::new);
         for (rays, hits) in rays.chunks(CAPACITY).zip(hits.chunks_mut(CAPACITY)) {
@@ -187,8 +190,10 @@ impl Scene {
     /// For each ray what [`Scene::occluded`] gives.
     pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut PacketScratch) {
         if !self.is_simple::<K>() {
-            let chunks = rays.chunks(PACKET).zip(occluded.chunks_mut(PACKET));
-            return chunks.for_each(|(rays, occluded)| self.any_packet::<K>(rays, occluded));
+            for (ray, occluded) in rays.iter().zip(occluded) {
+                *occluded = self.occluded::<K>(ray);
+            }
+            return;
         }
         let packet = scratch.room.get_or_insert_with(Packet::new);
         for (rays, occluded) in rays.chunks(CAPACITY).zip(occluded.chunks_mut(CAPACITY)) {

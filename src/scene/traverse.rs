@@ -1,7 +1,7 @@
 //! Rays against the whole scene, and the surface where they end.
 
-use super::{Geometry, Object, Scene, Shape};
-use crate::bvh::{Lanes, LeafVisitor, PACKET, TreeKernels};
+use super::{Object, Scene, Shape};
+use crate::bvh::{Lanes, LeafVisitor, TreeKernels};
 use crate::geometry::{
     Hit, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cone_uv, cuboid_surface, cuboid_uv, cylinder_surface,
     cylinder_uv, plane_surface, plane_uv, quad_uv, sphere_surface, sphere_uv,
@@ -94,86 +94,15 @@ impl<'a, F: Fn(u32) -> bool> LeafVisitor for AnyObject<'a, F> {
     }
 }
 
-/// Asks the objects in the leaves whether a ray meets them.
-struct Occluder<'a, K> {
-    scene: &'a Scene,
-    ray: Ray,
-    kernels: PhantomData<K>,
-}
-
-impl<'a, K: TreeKernels> LeafVisitor for Occluder<'a, K> {
-    type Source = &'a Scene;
-    const ANY_HIT: bool = true;
-
-    fn new(scene: &'a Scene, ray: &Ray) -> Self {
-        Self { scene, ray: *ray, kernels: PhantomData }
-    }
-
-    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
-        let Geometry { objects, bounded, .. } = &*self.scene.geometry;
-        objects[bounded[block as usize] as usize].occluded::<K>(&self.ray)
-    }
-}
-
 impl Scene {
     /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
-        let (best, ray) = self.closest_unbounded::<K>(ray);
-        self.closest_bounded::<K>(&ray, best)
-    }
-
-    /// The closest hit with objects without a box, and the ray up to there.
-    fn closest_unbounded<K: TreeKernels>(&self, ray: &Ray) -> (Option<Hit>, Ray) {
+        let geometry = &*self.geometry;
         let mut unbounded = Closest::<K>::new((self, None), ray);
-        let t_max = self.geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| unbounded.test(index, t_max));
-        (unbounded.best, Ray { t_max, ..*ray })
-    }
-
-    /// `best` or what is before it in the tree.
-    fn closest_bounded<K: TreeKernels>(&self, ray: &Ray, best: Option<Hit>) -> Option<Hit> {
-        let (_, bounded) = self.geometry.tree.traverse::<K::Boxes, Closest<K>>(ray, (self, best));
+        let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| unbounded.test(index, t_max));
+        let best = unbounded.best;
+        let (_, bounded) = geometry.tree.traverse::<K::Boxes, Closest<K>>(&Ray { t_max, ..*ray }, (self, best));
         bounded.map_or(best, |closest| closest.best)
-    }
-
-    /// For up to [`PACKET`] rays what [`Scene::intersect`] gives.
-    pub(super) fn closest_packet<K: TreeKernels>(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        if !K::PACKETS {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = self.intersect::<K>(ray);
-            }
-            return;
-        }
-        let (mut rest, mut sources) = ([rays[0]; PACKET], [(self, None); PACKET]);
-        for (i, ray) in rays.iter().enumerate() {
-            (sources[i].1, rest[i]) = self.closest_unbounded::<K>(ray);
-        }
-        let rest = &rest[..rays.len()];
-        let take = |i: usize, _, closest: Closest<K>| hits[i] = closest.best;
-        if !self.geometry.tree.traverse_packet(rest, &sources, take) {
-            for ((ray, (_, best)), hit) in rest.iter().zip(sources).zip(hits) {
-                *hit = self.closest_bounded::<K>(ray, best);
-            }
-        }
-    }
-
-    /// For up to [`PACKET`] rays what [`Scene::occluded`] gives.
-    pub(super) fn any_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool]) {
-        let Geometry { objects, unbounded, tree, .. } = &*self.geometry;
-        let mut rest = [rays[0]; PACKET];
-        if K::PACKETS {
-            for (i, ray) in rays.iter().enumerate() {
-                occluded[i] = unbounded.iter().any(|&index| objects[index as usize].occluded::<K>(ray));
-                // A ray that is blocked already meets no box.
-                rest[i] = if occluded[i] { Ray { t_max: f64::NEG_INFINITY, ..*ray } } else { *ray };
-            }
-            let take = |i: usize, ended, _: Occluder<K>| occluded[i] |= ended;
-            if tree.traverse_packet(&rest[..rays.len()], &[self; PACKET], take) {
-                return;
-            }
-        }
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.occluded::<K>(ray);
-        }
     }
 
     /// Whether a world-space ray meets anything before its end.

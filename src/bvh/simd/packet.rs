@@ -3,6 +3,8 @@
 //! One test with intervals that hold all origins and directions finds the children that any ray may meet, eight at once; each
 //! of those few is then tested against eight rays at a time. A subtree that few rays reach is finished ray by ray.
 
+#![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
+
 use super::traverse::{STACK, walk};
 #[cfg(target_arch = "x86_64")]
 use super::x86::Avx2;
