@@ -32,7 +32,8 @@ fn is_drawn(x: u32, y: u32) -> bool {
 const MISSED: f64 = 0.816;
 
 /// Where all samples of a pixel agree within a code or so, an edge next to it may still cut a corner off. A corner of the
-/// part 1/n of the pixel is about n^-1/2 wide, so that the chance falls no faster; as likely as above for 4 samples.
+/// part 1/n of the pixel is about n^-1/2 wide, so that the chance falls no faster. 0.4 gained nothing
+/// on a fine fence.
 const CORNER: f64 = 0.25;
 
 /// Pixels whose few samples say too little of their error are the ones that are not refined: the error of n samples is
