@@ -48,7 +48,8 @@ mod tests {
             let v = f64::from(i) / 1000.0;
             assert!((linear_to_srgb(srgb_to_linear(v)) - v).abs() < 1e-6, "at {v}");
         }
-        assert_eq!([-1.0, f64::NAN, 2.0].map(linear_to_srgb), [0.0, 0.0, 1.0]);
+        assert_eq!([-1.0, f64::NAN].map(linear_to_srgb), [0.0, 0.0]);
+        assert!((linear_to_srgb(2.0) - 1.0).abs() < 1e-15);
     }
 
     #[test]

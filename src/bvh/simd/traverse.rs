@@ -40,15 +40,18 @@ impl<V: LeafVisitor> LeafVisitor for Counted<V> {
     type Source = V::Source;
     const ANY_HIT: bool = V::ANY_HIT;
 
+    #[inline(always)]
     fn new(source: V::Source, ray: &Ray) -> Self {
         Self { visitor: V::new(source, ray), visits: 0 }
     }
 
+    #[inline(always)]
     fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool {
         self.visits += 1;
         self.visitor.visit(lanes, block, t_max)
     }
 
+    #[inline(always)]
     fn open(&mut self) {
         self.visits += 1;
         self.visitor.open();
