@@ -17,10 +17,12 @@ impl<'a, K: TreeKernels, const ANY: bool> LeafVisitor for Follow<'a, K, ANY> {
     type Source = (&'a Scene, Option<Hit>);
     const ANY_HIT: bool = ANY;
 
+    #[inline(always)]
     fn new(source: Self::Source, ray: &Ray) -> Self {
         Self { scene: source.0, closest: Closest::new(source, ray), visits: 0 }
     }
 
+    #[inline(always)]
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
         let index = self.scene.geometry.bounded[block as usize];
         let object = &self.scene.objects()[index as usize];

@@ -192,7 +192,7 @@ pub(super) static RENDER: &[Parameter] = &[
                 (false, limits::ADAPTIVE_SAMPLES) => render.samples = usual,
                 _ => {}
             }
-            render.error = on.then_some(render.error.unwrap_or(1.0));
+            render.error = on.then_some(render.error.unwrap_or(limits::USUAL_ERROR));
             Some(())
         },
     },

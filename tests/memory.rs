@@ -1,0 +1,52 @@
+//! What thousands of edits leave behind, in a process of its own: other tests would be counted too.
+
+#![cfg(target_os = "linux")]
+
+#[path = "tui/stage.rs"]
+#[allow(dead_code, reason = "the tests of the interface use the rest")]
+mod stage;
+
+use glimt::render::{RenderEvent, Settings, start};
+use glimt::tui::event::{Effect, Event};
+use stage::{Stage, scene};
+
+/// Bytes of this process that are in memory.
+fn resident() -> u64 {
+    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
+    4096 * statm.split(' ').nth(1).unwrap().parse::<u64>().unwrap()
+}
+
+/// Every edit is a step of its own, is compiled, and its render is begun and broken off.
+#[test]
+fn ten_thousand_edits_leave_little_more_than_their_history() {
+    let mut stage = Stage::with(scene(), (80, 24));
+    stage.press("/ s p h e r e Enter Esc");
+    let mut after_a_thousand = 0;
+    for number in 0..10_000 {
+        // Along x and back: steps of undo, since the keys come slowly.
+        stage.now += std::time::Duration::from_secs(1);
+        stage.press(if number % 2 == 0 { "g Right Enter" } else { "g Left Enter" });
+        assert!(stage.compile());
+        for effect in std::mem::take(&mut stage.effects) {
+            if let Effect::Start(scene) = effect {
+                let threads = std::num::NonZeroUsize::MIN;
+                let render = start(scene, Settings { threads, ..Settings::default() });
+                for event in render.events().iter().take(3) {
+                    stage.tell(Event::Render(event));
+                }
+            }
+        }
+        if number % 100 == 0 {
+            stage.buffer();
+        }
+        if number == 1000 {
+            after_a_thousand = resident();
+        }
+    }
+    let grown = resident().saturating_sub(after_a_thousand);
+    assert!(grown < 24 << 20, "{grown} bytes more after 9000 edits");
+    for _ in 0..10_000 {
+        stage.keys("u");
+    }
+    assert_eq!(*stage.desc(), scene());
+}
