@@ -6,7 +6,7 @@
 #[allow(dead_code, reason = "the tests of the interface use the rest")]
 mod stage;
 
-use glimt::render::{RenderEvent, Settings, start};
+use glimt::render::{Settings, start};
 use glimt::tui::event::{Effect, Event};
 use stage::{Stage, scene};
 
