@@ -1,7 +1,7 @@
 //! Charts as PNG and SVG.
 
 use super::axis::{Fitted, Side};
-use super::{Chart, Data, PALETTE, Point};
+use super::{Chart, Data, PALETTE, Point, Series};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -112,10 +112,12 @@ impl Chart {
                 }
                 Data::Line(points) => {
                     let line: Vec<_> = points.iter().filter(|p| is_drawn(p)).map(|p| frame.at(p.x, p.y)).collect();
-                    pen.line(&line, 2.0, color)?;
-                    Self::draw_marks(pen, &frame, points, index)?;
+                    let (below, above) = self.same_line(index);
+                    pen.shared_line(&line, 2.0, color, (below, below + 1 + above))?;
+                    // A line that others lie on shows as the rim of its marks.
+                    Self::draw_marks(pen, &frame, points, index, 1.0 + 0.4 * above as f64)?;
                 }
-                Data::Points(points) => Self::draw_marks(pen, &frame, points, index)?,
+                Data::Points(points) => Self::draw_marks(pen, &frame, points, index, 1.0)?,
                 Data::Columns(points) => {
                     let width = 0.8 / columns as f64;
                     let shift = (column as f64 - columns as f64 / 2.0) * width;
@@ -145,6 +147,12 @@ impl Chart {
         Ok(())
     }
 
+    /// How many lines of the same values are drawn before this one, and after it.
+    fn same_line(&self, index: usize) -> (usize, usize) {
+        let same = |series: &&Series| series.data == self.series[index].data;
+        (self.series[..index].iter().filter(same).count(), self.series[index + 1..].iter().filter(same).count())
+    }
+
     /// Entries from left to right, in as many rows as they need. Where the rows end.
     fn draw_legend<B: DrawingBackend>(&self, pen: &Pen<'_, B>, top: f64) -> Result<f64, Failed<B>> {
         let named: Vec<_> = self.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty()).collect();
@@ -159,10 +167,10 @@ impl Chart {
             }
             let (y, color) = (top + 8.0, color(index));
             match &series.data {
-                Data::Points(_) => pen.mark((left + 10.0, y), index, color, true)?,
+                Data::Points(_) => pen.mark((left + 10.0, y), index, color, true, 1.0)?,
                 Data::Line(_) => {
                     pen.line(&[(left, y), (left + 20.0, y)], 2.0, color)?;
-                    pen.mark((left + 10.0, y), index, color, true)?;
+                    pen.mark((left + 10.0, y), index, color, true, 1.0)?;
                 }
                 Data::Guide(_) => pen.line(&[(left, y), (left + 20.0, y)], 1.5, color)?,
                 Data::Columns(_) | Data::Spans(_) => {
@@ -213,11 +221,17 @@ impl Chart {
         pen.upward(&self.y.label, (30.0, (top + bottom) / 2.0), 14.0, INK)
     }
 
-    fn draw_marks<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, points: &[Point], index: usize) -> Drawn<B> {
+    fn draw_marks<B: DrawingBackend>(
+        pen: &Pen<'_, B>,
+        frame: &Frame,
+        points: &[Point],
+        index: usize,
+        size: f64,
+    ) -> Drawn<B> {
         for p in points.iter().filter(|p| is_drawn(p)) {
             pen.spread(frame, p, color(index))?;
             let solid = !frame.y.is_below(p.y) && !frame.x.is_below(p.x);
-            pen.mark(frame.at(p.x, p.y), index, color(index), solid)?;
+            pen.mark(frame.at(p.x, p.y), index, color(index), solid, size)?;
         }
         Ok(())
     }
@@ -320,6 +334,37 @@ impl<B: DrawingBackend> Pen<'_, B> {
         Ok(())
     }
 
+    /// One of several lines in the same place: each of them has its turn, dash by dash. `turn`: which, of how many.
+    fn shared_line(
+        &self,
+        points: &[(f64, f64)],
+        width: f64,
+        color: RGBColor,
+        (turn, of): (usize, usize),
+    ) -> Drawn<B> {
+        if of == 1 {
+            return self.line(points, width, color);
+        }
+        const DASH: f64 = 9.0;
+        let (mut run, period) = (0.0, DASH * of as f64);
+        for pair in points.windows(2) {
+            let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
+            let length = (bx - ax).hypot(by - ay);
+            let at = |s: f64| (ax + (bx - ax) * s / length, ay + (by - ay) * s / length);
+            // Dashes begin where the whole way is their turn past a period.
+            let mut start = ((run / period).floor()) * period + DASH * turn as f64 - run;
+            while start < length {
+                let (from, to) = (start.max(0.0), (start + DASH).min(length));
+                if from < to {
+                    self.line(&[at(from), at(to)], width, color)?;
+                }
+                start += period;
+            }
+            run += length;
+        }
+        Ok(())
+    }
+
     fn dashed(&self, from: (f64, f64), to: (f64, f64), width: f64, color: RGBColor) -> Drawn<B> {
         let mut x = from.0;
         while x < to.0 {
@@ -335,7 +380,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
     }
 
     /// A mark whose form goes with the colour, so that charts can be read in grey too.
-    fn mark(&self, (x, y): (f64, f64), index: usize, color: RGBColor, solid: bool) -> Drawn<B> {
+    fn mark(&self, (x, y): (f64, f64), index: usize, color: RGBColor, solid: bool, size: f64) -> Drawn<B> {
         const FORMS: [&[(f64, f64)]; 6] = [
             &[],
             &[(-0.88, -0.88), (0.88, -0.88), (0.88, 0.88), (-0.88, 0.88)],
@@ -367,9 +412,9 @@ impl<B: DrawingBackend> Pen<'_, B> {
             }
         };
         // A rim of white parts marks that lie over each other.
-        shape(5.6, WHITE)?;
-        shape(4.6, color)?;
-        if solid { Ok(()) } else { shape(2.8, WHITE) }
+        shape(4.6 * size + 1.0, WHITE)?;
+        shape(4.6 * size, color)?;
+        if solid { Ok(()) } else { shape(2.8 * size, WHITE) }
     }
 
     /// The vertical bar of a point's spread.

@@ -133,6 +133,9 @@ fn report(plan: &Plan, experiment: &Experiment, finding: &Finding) -> Report {
             report.samples.push([&text[..], &numbers, &[row.holds().to_string().into()]].concat());
         }
         report.tables.push(table);
+        if !sweep.note.is_empty() {
+            report.notes.push(format!("{}: {}", sweep.measure, sweep.note));
+        }
         let ending = if index == 0 { String::new() } else { slug(&sweep.measure, index) };
         report.chart(ending, chart(experiment, sweep));
     }
@@ -149,14 +152,13 @@ fn slug(measure: &str, index: usize) -> String {
 /// All presets in one picture, double logarithmic, with the threshold of `robust`.
 fn chart(experiment: &Experiment, sweep: &Sweep) -> Chart {
     let line = |preset: usize| sweep.rows.iter().map(|row| Point::new(row.difficulty, row.values[preset])).collect();
-    // Presets of the same values share a line, so that none is hidden by another.
+    // A line each, always in the same colours; those of the same values are drawn over each other and say so.
     let mut series: Vec<Series> = Vec::new();
     for (preset, name) in PRESETS.into_iter().enumerate() {
         let data = Data::Line(line(preset));
-        match series.iter_mut().find(|other| other.data == data) {
-            Some(other) => other.name += &format!(", {name}"),
-            None => series.push(Series { name: name.into(), data }),
-        }
+        let same = series.iter().position(|other| other.data == data).map(|first| PRESETS[first]);
+        let name = same.map_or(name.to_owned(), |first| format!("{name} (as {first})"));
+        series.push(Series { name, data });
     }
     // Nothing of nothing is no line on logarithmic paper: the lower end of the chart is 0.
     let limits: Vec<f64> = sweep.rows.iter().filter_map(|row| row.threshold).filter(|&t| t > 0.0).collect();
@@ -173,7 +175,7 @@ fn chart(experiment: &Experiment, sweep: &Sweep) -> Chart {
     }
     Chart {
         title: format!("{} {}: {}", experiment.id, experiment.title, sweep.measure),
-        subtitle: format!("oracle: {}; hollow: none", experiment.oracle),
+        subtitle: format!("oracle: {}; hollow, at the lower end: 0", experiment.oracle),
         x: Axis::log(sweep.axis.as_str()),
         y: Axis::log(sweep.measure.as_str()),
         series,
