@@ -64,6 +64,8 @@ pub struct TileStats {
     pub rays: RayCounts,
     /// Samples whose radiance was not finite: counted and left out of the picture.
     pub non_finite: u64,
+    /// Samples with a ray inside of more transparent bodies than are kept track of.
+    pub overfull: u64,
     /// Time spent tracing.
     pub busy: Duration,
     /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as

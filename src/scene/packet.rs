@@ -208,7 +208,7 @@ impl Scene {
     }
 
     /// Whether asking one object after the other is quicker than the tree, and finds the same.
-    fn is_simple<K: TreeKernels>(&self) -> bool {
+    pub(super) fn is_simple<K: TreeKernels>(&self) -> bool {
         K::CONSERVATIVE && self.geometry.objects.len() <= FEW
     }
 

@@ -98,6 +98,12 @@ impl Scene {
     /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
+        if self.is_simple::<K>() {
+            // One after the other, as packets do: of three objects in a chain of ties the order decides (see `Hit::beats`).
+            let mut closest = Closest::<K>::new((self, None), ray);
+            (0..geometry.objects.len() as u32).fold(ray.t_max, |t_max, index| closest.test(index, t_max));
+            return closest.best;
+        }
         let mut unbounded = Closest::<K>::new((self, None), ray);
         let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| unbounded.test(index, t_max));
         let best = unbounded.best;

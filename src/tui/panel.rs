@@ -80,6 +80,12 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
                 Span::raw(format!("{}  samples left out", si(numbers.non_finite as f64))),
             ]));
         }
+        if numbers.overfull > 0 {
+            lines.push(Line::from(vec![
+                Span::styled(format!("{:<12}", "overfull"), mode.style(Role::Bad)),
+                Span::raw(format!("{}  samples in too many bodies", si(numbers.overfull as f64))),
+            ]));
+        }
         lines.push(Line::default());
         // What stands below the threads, if there is room.
         const CAMERA_LINES: usize = 5;

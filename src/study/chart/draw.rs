@@ -335,13 +335,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
     }
 
     /// One of several lines in the same place: each of them has its turn, dash by dash. `turn`: which, of how many.
-    fn shared_line(
-        &self,
-        points: &[(f64, f64)],
-        width: f64,
-        color: RGBColor,
-        (turn, of): (usize, usize),
-    ) -> Drawn<B> {
+    fn shared_line(&self, points: &[(f64, f64)], width: f64, color: RGBColor, (turn, of): (usize, usize)) -> Drawn<B> {
         if of == 1 {
             return self.line(points, width, color);
         }

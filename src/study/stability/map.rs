@@ -108,7 +108,7 @@ fn cause(a: (&Scene, (u32, u32), &Sample), b: (&Scene, (u32, u32), &Sample), num
 pub fn map(desc: &SceneDesc, quick: bool, threads: NonZeroUsize, console: &Console) -> Result<Map, StudyError> {
     let mut desc = desc.clone();
     desc.render.numerics = Numerics::Robust;
-    let effort = Effort { quick, threads, go_on: &|| true };
+    let effort = Effort { quick, threads, go_on: &|_| true };
     let scene = compile(&desc, None)?;
     let right = picture(&effort, &scene);
     let (width, height) = (scene.width, scene.height);
@@ -204,7 +204,10 @@ mod tests {
     use super::*;
     use crate::description::{MaterialDesc, ObjectDesc, ShapeDesc};
     use crate::math::Rgb;
-    use crate::study::stability::scenes::{SKY, at, empty, matte, object, orthographic, point_light, v};
+    use crate::study::stability::scenes::{
+        ModelFile, SKY, at, bare, empty, matte, mesh, object, orthographic, point_light, v,
+    };
+    use crate::study::stability::triangles::icosphere;
 
     fn floor_under_a_lamp() -> SceneDesc {
         let mut desc = empty(40, 30, orthographic(v(0.0, 5.0, 3.0), DVec3::ZERO, 3.0));
@@ -248,5 +251,75 @@ mod tests {
         desc.objects = vec![ObjectDesc::new(ShapeDesc::Plane)];
         desc.objects[0].material = Some("thin".into());
         assert_eq!(count(&desc, "classic arithmetic", "total reflection"), 1200);
+    }
+
+    fn quiet_map(desc: &SceneDesc) -> Map {
+        map(desc, true, NonZeroUsize::MIN, &Console::new(&|| false, true)).unwrap()
+    }
+
+    /// How often a change, or all of them, flips pixels for a cause.
+    fn counted(map: &Map, change: Option<&str>, cause: &str) -> u64 {
+        let table = &map.report.tables[0];
+        let column = table.columns.iter().position(|name| name == cause).unwrap();
+        let rows = table.rows.iter().filter(|row| change.is_none_or(|change| row[0] == Cell::from(change)));
+        let counts = rows.map(|row| if let Cell::Whole(count) = row[column] { count as u64 } else { 0 });
+        counts.sum()
+    }
+
+    #[test]
+    fn two_faces_nearer_than_f32_can_tell_are_a_tie() {
+        // The upper one is green; in f32 both are as far, and the first in the file wins.
+        let mut desc = empty(40, 30, orthographic(v(0.0, 5.0, 0.0), DVec3::ZERO, 1.0));
+        desc.camera.up = DVec3::NEG_Z;
+        let flat = |name: &str, color| MaterialDesc { ambient: 1.0, color, ..matte(name) };
+        desc.materials = vec![flat("red", Rgb::new(1.0, 0.0, 0.0)), flat("green", Rgb::new(0.0, 1.0, 0.0))];
+        let quad = |material| object(ShapeDesc::Quad { size: glam::DVec2::splat(4.0) }, material);
+        desc.objects = vec![quad("red"), at(v(0.0, 1e-7, 0.0), quad("green"))];
+        let map = quiet_map(&desc);
+        assert_eq!(map.flipped, 0, "{}", map.report.text());
+        assert_eq!(counted(&map, Some("fast arithmetic"), "tie"), 1200, "{}", map.report.text());
+    }
+
+    #[test]
+    fn a_smooth_mesh_that_shadows_itself_is_told_as_terminator() {
+        // So far from the origin that points in f32 are below the facets by more than the fixed epsilon.
+        let model = ModelFile::smooth_ball(&icosphere(2));
+        let place = v(3e4, -1e4, 2e4);
+        let mut desc = empty(40, 30, orthographic(place + v(0.0, 0.0, 5.0), place, 1.8));
+        desc.materials = vec![matte("ball")];
+        desc.objects = vec![at(place, mesh(model.path(), 0.0, "ball"))];
+        desc.lights = vec![point_light(place + v(3.0, 4.0, 6.0), 1.0, Falloff::None)];
+        let map = quiet_map(&desc);
+        assert_eq!(map.flipped, 0, "{}", map.report.text());
+        assert!(counted(&map, Some("classic arithmetic"), "terminator") > 10, "{}", map.report.text());
+        assert_eq!(counted(&map, None, "acne"), 0, "{}", map.report.text());
+    }
+
+    #[test]
+    fn a_path_that_weighs_just_enough_is_told_as_depth_cut() {
+        // Varnish on a ball under a white sky: what a pixel mirrors is followed from a weight of k_r F on. With k_r such that
+        // one pixel is right at it, some other arithmetic decides otherwise.
+        let mut desc = empty(12, 9, orthographic(v(0.0, 0.0, 5.0), DVec3::ZERO, 1.0));
+        desc.world.background = crate::description::Background::Solid(Rgb::WHITE);
+        desc.render.error = Some(8.0);
+        desc.objects = vec![object(ShapeDesc::Sphere { radius: 1.0 }, "varnish")];
+        let of = |reflect: f64| {
+            let varnish = MaterialDesc { fresnel: true, reflect, ior: 1.5, ..bare("varnish", Rgb::BLACK) };
+            SceneDesc { materials: vec![varnish], ..desc.clone() }
+        };
+        let effort = Effort { quick: true, threads: NonZeroUsize::MIN, go_on: &|_| true };
+        let is_cut = |reflect: f64| picture(&effort, &compile(&of(reflect), None).unwrap())[20].cut > 0.0;
+        let (mut cut, mut followed) = (1e-6f64, 0.9);
+        assert!(is_cut(cut) && !is_cut(followed));
+        while cut.next_up() < followed {
+            let middle = cut + (followed - cut) / 2.0;
+            if is_cut(middle) { cut = middle } else { followed = middle }
+        }
+        let maps = [cut, followed].map(|reflect| quiet_map(&of(reflect)));
+        let found: u64 = maps.iter().map(|map| counted(map, None, "depth cut")).sum();
+        assert!(found > 0, "{} {}", maps[0].report.text(), maps[1].report.text());
+        for (_, other, _) in Cause::ALL.iter().filter(|(cause, ..)| *cause != Cause::DepthCut) {
+            assert_eq!(maps.iter().map(|map| counted(map, None, other)).sum::<u64>(), 0, "{other}");
+        }
     }
 }

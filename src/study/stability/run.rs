@@ -63,8 +63,10 @@ pub fn run(
         let finding = match kept {
             Some(finding) => finding,
             None => {
-                let go_on =
-                    || console.step(done, chosen.len(), format_args!("{} {}", experiment.id, experiment.title)).is_ok();
+                let go_on = |part: f64| {
+                    let what = format_args!("{} {}, {:.0} % of a row", experiment.id, experiment.title, 100.0 * part);
+                    console.step(done, chosen.len(), what).is_ok()
+                };
                 let effort = Effort { quick: plan.quick, threads: plan.threads, go_on: &go_on };
                 let sweeps = (experiment.run)(&effort);
                 // What an interrupted experiment found is not kept.

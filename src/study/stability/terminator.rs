@@ -68,21 +68,16 @@ pub fn terminator(effort: &Effort) -> Vec<Sweep> {
     for level in 0..=effort.choose(4, 5) {
         let triangles = icosphere(level);
         let count = triangles.len() as f64;
-        let mut row = |model: &ModelFile, crease: f64, order: f64, rows: &mut Vec<Row>| {
-            let Seen { black: mut dark, rmse, judged } = look(effort, model, crease);
-            let before = rows.last().map(|row| row.values[2]);
-            let threshold = before.map(|before| before * 0.25f64.powf(order));
+        let row = |model: &ModelFile, crease: f64, order: f64, rows: &mut Vec<Row>| {
+            let Seen { black, rmse, judged } = look(effort, model, crease);
+            let threshold = rows.last().map(|before: &Row| before.values[2] * 0.25f64.powf(order));
             rows.push(Row { difficulty: count, trials: judged, values: rmse, threshold });
-            if let Some(last) = black.last_mut().filter(|last: &&mut (f64, Tally)| last.0 == count) {
-                dark += last.1;
-                black.pop();
-            }
-            black.push((count, dark));
+            black
         };
-        row(&ModelFile::smooth_ball(&triangles), 0.0, ORDER, &mut error);
-        row(&ModelFile::new(&triangles), 180.0, ORDER_ESTIMATED, &mut estimated);
+        let mut dark = row(&ModelFile::smooth_ball(&triangles), 0.0, ORDER, &mut error);
+        dark += row(&ModelFile::new(&triangles), 180.0, ORDER_ESTIMATED, &mut estimated);
+        black.push(Row::rates(count, &dark, 0.0));
     }
-    let black = black.iter().map(|(count, tally)| Row::rates(*count, tally, 0.0)).collect();
     vec![
         Sweep::new("lit pixels that are black", "triangles", black),
         Sweep::new("RMSE against the ball, normals of the file", "triangles", error)

@@ -193,7 +193,8 @@ pub fn watertight(effort: &Effort) -> Vec<Sweep> {
         let offset = 10f64.powi(exponent);
         let scene = shapes(DVec3::new(0.6, -0.5, 0.62) * offset, &model, &first.scene);
         let packets = effort.choose(40_000, 1_000_000) / PACKET as u64;
-        let [tally] = effort.run(940 + exponent as u64, packets, |rng, [tally]| packet_of_shapes(&scene, offset, rng, tally));
+        let [tally] =
+            effort.run(940 + exponent as u64, packets, |rng, [tally]| packet_of_shapes(&scene, offset, rng, tally));
         Row::rates(offset, &tally, 0.0)
     });
     let leaks = format!(
