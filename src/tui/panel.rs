@@ -79,6 +79,8 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
                 Span::styled(format!("{:<12}", "not finite"), mode.style(Role::Bad)),
                 Span::raw(format!("{}  samples left out", si(numbers.non_finite as f64))),
             ]));
+            let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
+            lines.extend(wrapped(&command, width).into_iter().map(|line| Line::styled(line, mode.style(Role::Dim))));
         }
         if numbers.overfull > 0 {
             lines.push(Line::from(vec![
@@ -163,6 +165,21 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
     }
     let area = Rect { x: area.x + 1, width: area.width.saturating_sub(2), ..area };
     Paragraph::new(lines).render(area, buffer);
+}
+
+/// The words of a text in lines of at most this width where they fit.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 fn heading(mode: ColorMode, name: &'static str, value: String, width: usize) -> Line<'static> {

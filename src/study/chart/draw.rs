@@ -39,19 +39,7 @@ impl Chart {
             let area = BitMapBackend::with_buffer(&mut large, fine).into_drawing_area();
             self.draw(&area, DENSITY * OVERSAMPLING, TEXT_TOO_HIGH)?;
         }
-        let (stride, n) = (fine.0 as usize * 3, OVERSAMPLING as usize);
-        let mut small = Vec::with_capacity(width as usize * height as usize * 3);
-        for y in 0..height as usize {
-            for x in 0..width as usize {
-                for channel in 0..3 {
-                    let sum: usize = (0..n * n)
-                        .map(|i| large[(y * n + i / n) * stride + (x * n + i % n) * 3 + channel] as usize)
-                        .sum();
-                    small.push(((sum + n * n / 2) / (n * n)) as u8);
-                }
-            }
-        }
-        Ok((width as u32, height as u32, small))
+        Ok((width as u32, height as u32, averaged(&large, width as usize, height as usize)))
     }
 
     /// The chart as an SVG document.
@@ -114,10 +102,9 @@ impl Chart {
                     let line: Vec<_> = points.iter().filter(|p| is_drawn(p)).map(|p| frame.at(p.x, p.y)).collect();
                     let (below, above) = self.same_line(index);
                     pen.shared_line(&line, 2.0, color, (below, below + 1 + above))?;
-                    // A line that others lie on shows as the rim of its marks.
-                    Self::draw_marks(pen, &frame, points, index, 1.0 + 0.4 * above as f64)?;
+                    self.draw_marks(pen, &frame, points, index)?;
                 }
-                Data::Points(points) => Self::draw_marks(pen, &frame, points, index, 1.0)?,
+                Data::Points(points) => self.draw_marks(pen, &frame, points, index)?,
                 Data::Columns(points) => {
                     let width = 0.8 / columns as f64;
                     let shift = (column as f64 - columns as f64 / 2.0) * width;
@@ -222,19 +209,92 @@ impl Chart {
     }
 
     fn draw_marks<B: DrawingBackend>(
+        &self,
         pen: &Pen<'_, B>,
         frame: &Frame,
         points: &[Point],
         index: usize,
-        size: f64,
     ) -> Drawn<B> {
         for p in points.iter().filter(|p| is_drawn(p)) {
             pen.spread(frame, p, color(index))?;
             let solid = !frame.y.is_below(p.y) && !frame.x.is_below(p.x);
-            pen.mark(frame.at(p.x, p.y), index, color(index), solid, size)?;
+            let at = frame.at(p.x, p.y);
+            // Where later marks lie on it, it shows as their rim.
+            let covers = |other: &Point| {
+                let (x, y) = frame.at(other.x, other.y);
+                is_drawn(other) && (x - at.0).hypot(y - at.1) < 4.0
+            };
+            let above = self.series[index + 1..].iter().filter(|later| later.data.points().iter().any(covers)).count();
+            pen.mark(at, index, color(index), solid, 1.0 + 0.4 * above as f64)?;
         }
         Ok(())
     }
+}
+
+/// A strip of this width with a coloured square before each text, dark on white, to stand below a picture: its height and
+/// sRGB codes.
+pub fn legend(width: u32, entries: &[(String, [u8; 3])]) -> Result<(u32, Vec<u8>), String> {
+    let refused = |_| "the font inside the program is damaged".to_owned();
+    register_font(FONT, FontStyle::Normal, REGULAR).map_err(refused)?;
+    const ROW: u32 = 24;
+    // Where each entry stands, once its text has been measured.
+    let mut places = Vec::new();
+    let mut empty = [255; 3];
+    {
+        let area = BitMapBackend::with_buffer(&mut empty, (1, 1)).into_drawing_area();
+        let pen = Pen { area: &area, unit: 1.0, sink: TEXT_TOO_HIGH };
+        let (mut left, mut row) = (12.0, 0);
+        for (text, _) in entries {
+            let wide = 18.0 + pen.width(text, 13.0) + 18.0;
+            if left > 12.0 && left + wide > f64::from(width) {
+                (left, row) = (12.0, row + 1);
+            }
+            places.push((left, f64::from(row * ROW) + 18.0));
+            left += wide;
+        }
+    }
+    let rows = places.last().map_or(0, |(_, y)| *y as u32 / ROW + 1);
+    let (height, n) = (rows * ROW + 12, OVERSAMPLING as u32);
+    let mut large = vec![255u8; (width * n * height * n * 3) as usize];
+    {
+        let area = BitMapBackend::with_buffer(&mut large, (width * n, height * n)).into_drawing_area();
+        let pen = Pen { area: &area, unit: f64::from(n), sink: TEXT_TOO_HIGH };
+        let draw = || {
+            for ((text, [r, g, b]), (x, y)) in entries.iter().zip(&places) {
+                let square = |half: f64, color: RGBColor| {
+                    let (x, y) = (x + 6.0, *y);
+                    pen.fill(
+                        &[(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)],
+                        color,
+                    )
+                };
+                // A rim, so that white is seen on white.
+                square(6.5, SOFT_INK)?;
+                square(5.5, RGBColor(*r, *g, *b))?;
+                pen.text(text, (x + 18.0, *y), 13.0, INK, Anchor::Left, false)?;
+            }
+            area.present()
+        };
+        draw().map_err(|error| error.to_string())?;
+    }
+    Ok((height, averaged(&large, width as usize, height as usize)))
+}
+
+/// Every pixel the mean of the finer ones.
+fn averaged(large: &[u8], width: usize, height: usize) -> Vec<u8> {
+    let n = OVERSAMPLING as usize;
+    let stride = width * n * 3;
+    let mut small = Vec::with_capacity(width * height * 3);
+    for y in 0..height {
+        for x in 0..width {
+            for channel in 0..3 {
+                let sum: usize =
+                    (0..n * n).map(|i| large[(y * n + i / n) * stride + (x * n + i % n) * 3 + channel] as usize).sum();
+                small.push(((sum + n * n / 2) / (n * n)) as u8);
+            }
+        }
+    }
+    small
 }
 
 type Failed<B> = DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
