@@ -119,7 +119,7 @@ impl Body {
         let [alone] = effort.run(seed + 1000, count, |rng, [tally]| {
             tally.judge(only_robust(self.tree.intersect::<Robust>(&self.ray_from_inside(rng)).is_none()));
         });
-        let packets = count / PACKET as u64;
+        let packets = count.div_ceil(PACKET as u64);
         let [together] = effort.run(seed + 2000, packets, |rng, [tally]| {
             let rays = self.packet_from_inside(rng);
             let (mut hits, mut occluded, mut scratch) = ([None; PACKET], [false; PACKET], PacketScratch::default());
@@ -192,7 +192,7 @@ pub fn watertight(effort: &Effort) -> Vec<Sweep> {
     let together = [0, 2, 4].map(|exponent| {
         let offset = 10f64.powi(exponent);
         let scene = shapes(DVec3::new(0.6, -0.5, 0.62) * offset, &model, &first.scene);
-        let packets = effort.choose(40_000, 1_000_000) / PACKET as u64;
+        let packets = effort.choose(40_000u64, 1_000_000).div_ceil(PACKET as u64);
         let [tally] =
             effort.run(940 + exponent as u64, packets, |rng, [tally]| packet_of_shapes(&scene, offset, rng, tally));
         Row::rates(offset, &tally, 0.0)
