@@ -117,6 +117,7 @@ fn report(plan: &Plan, experiment: &Experiment, finding: &Finding) -> Report {
     report.set("quick", plan.quick);
     report.set("oracle", experiment.oracle);
     report.summary = json!({ "holds": finding.holds(), "sweeps": finding.sweeps });
+    report.notes.extend(alike(finding).map(str::to_owned));
     let mut columns = vec!["measure", "axis", "difficulty", "trials"];
     columns.extend(PRESETS);
     columns.extend(["threshold", "holds"]);
@@ -142,6 +143,20 @@ fn report(plan: &Plan, experiment: &Experiment, finding: &Finding) -> Report {
         report.chart(ending, chart(experiment, sweep));
     }
     report
+}
+
+/// Why presets do not differ, where they do not.
+fn alike(finding: &Finding) -> Option<&'static str> {
+    let same =
+        |a: usize, b: usize| finding.sweeps.iter().flat_map(|s| &s.rows).all(|row| row.values[a] == row.values[b]);
+    match (same(0, 1), same(0, 2)) {
+        (true, true) => Some("all presets are alike here: they share this code, or none fails"),
+        (true, false) => Some(
+            "classic and fast are alike here: as presets of the renderer they share the school formulas of shapes in f32, and \
+             differ in triangles, offsets, shadow rays, refraction and highlights",
+        ),
+        _ => None,
+    }
 }
 
 /// What a file may be called after a measure.
@@ -226,6 +241,11 @@ mod tests {
         let mut untried = kept.clone();
         untried.sweeps[0].rows[0].trials = 0;
         assert!(!untried.holds());
+        // A reader is told why two lines of a chart are one.
+        assert_eq!(alike(&missed), None);
+        let mut shared = missed.clone();
+        shared.sweeps[0].rows.iter_mut().for_each(|row| row.values[1] = row.values[0]);
+        assert!(alike(&shared).is_some_and(|note| note.starts_with("classic and fast")));
         let text = summary(&[kept, missed]).to_string();
         assert!(text.contains("yes") && text.contains("NO") && text.contains("0/1"), "{text}");
     }
