@@ -159,7 +159,12 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
         if numbers.non_finite > 0 {
             rays.push(Span::styled(format!(" {} not finite", si(numbers.non_finite as f64)), mode.style(Role::Bad)));
         }
+        if numbers.overfull > 0 {
+            rays.push(Span::styled(format!(" {} overfull", si(numbers.overfull as f64)), mode.style(Role::Bad)));
+        }
         lines.push(Line::from(rays));
+        let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
+        lines.extend(wrapped(&command, width).into_iter().map(|line| Line::styled(line, mode.style(Role::Dim))));
         let rows = usize::from(area.height).saturating_sub(lines.len());
         thread_grid(mode, numbers, width, rows, &mut lines);
     }

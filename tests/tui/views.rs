@@ -144,6 +144,7 @@ fn samples_errors_and_losses_are_shown_as_the_render_tells_them() {
         pass: Pass::sequence(4)[0],
     }));
     // The panel tells how many samples were lost and how to see why, and how many were in more glass than is kept track of.
+    stage.now += std::time::Duration::from_secs(1);
     let text: String = stage.text().split_whitespace().collect::<Vec<_>>().join(" ");
     for told in ["not finite", "glimt explain", "--pixel 0,0", "--numerics robust", "overfull"] {
         assert!(text.contains(told), "no {told} in {text}");

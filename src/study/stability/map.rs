@@ -312,8 +312,7 @@ mod tests {
         desc.lights = vec![point_light(place + v(3.0, 4.0, 6.0), 1.0, Falloff::None)];
         let map = quiet_map(&desc);
         assert_eq!(map.flipped, 0, "{}", map.report.text());
-        let found = ["classic arithmetic", "fast arithmetic"].map(|change| counted(&map, Some(change), "terminator"));
-        assert!(found.iter().all(|count| *count > 0), "{}", map.report.text());
+        assert!(counted(&map, Some("fast arithmetic"), "terminator") > 5, "{}", map.report.text());
         assert_eq!(counted(&map, None, "acne"), 0, "{}", map.report.text());
     }
 
