@@ -85,7 +85,7 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         if numbers.overfull > 0 {
             lines.push(Line::from(vec![
                 Span::styled(format!("{:<12}", "overfull"), mode.style(Role::Bad)),
-                Span::raw(format!("{}  samples in too many bodies", si(numbers.overfull as f64))),
+                Span::raw(format!("{}  in too many bodies", si(numbers.overfull as f64))),
             ]));
         }
         lines.push(Line::default());
@@ -156,15 +156,17 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
             rays.push(Span::styled(name.get(..7).unwrap_or(name).to_string(), mode.style(Role::Dim)));
             rays.push(Span::raw(format!(" {}", si(count as f64))));
         }
+        lines.push(Line::from(rays));
+        let mut lost = Vec::new();
         if numbers.non_finite > 0 {
-            rays.push(Span::styled(format!(" {} not finite", si(numbers.non_finite as f64)), mode.style(Role::Bad)));
+            let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
+            lost.push(format!("{} not finite: {command}", si(numbers.non_finite as f64)));
         }
         if numbers.overfull > 0 {
-            rays.push(Span::styled(format!(" {} overfull", si(numbers.overfull as f64)), mode.style(Role::Bad)));
+            lost.push(format!("{} overfull: inside of too many bodies at once", si(numbers.overfull as f64)));
         }
-        lines.push(Line::from(rays));
-        let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
-        lines.extend(wrapped(&command, width).into_iter().map(|line| Line::styled(line, mode.style(Role::Dim))));
+        let told = lost.iter().flat_map(|text| wrapped(text, width));
+        lines.extend(told.map(|line| Line::styled(line, mode.style(Role::Bad))));
         let rows = usize::from(area.height).saturating_sub(lines.len());
         thread_grid(mode, numbers, width, rows, &mut lines);
     }

@@ -281,7 +281,7 @@ mod tests {
         let table = &map.report.tables[0];
         let column = table.columns.iter().position(|name| name == cause).unwrap();
         let rows = table.rows.iter().filter(|row| change.is_none_or(|change| row[0] == Cell::from(change)));
-        let counts = rows.map(|row| if let Cell::Whole(count) = row[column] { count as u64 } else { 0 });
+        let counts = rows.map(|row| if let Cell::Whole(count) = row[column] { count } else { 0 });
         counts.sum()
     }
 
