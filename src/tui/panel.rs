@@ -141,14 +141,18 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
         line.push_span(Span::styled(pass, mode.style(Role::Dim)));
         lines.push(line);
         let label = |text: &'static str| Span::styled(text, mode.style(Role::Dim));
-        lines.push(Line::from(vec![
+        let mut times = vec![
             label("elapsed "),
             Span::raw(time(numbers.elapsed)),
             label("   left "),
             Span::raw(format!("{:<14}", left_text(app, numbers))),
             label("   first picture "),
             Span::raw(numbers.first_picture.map_or("      –".into(), time)),
-        ]));
+        ];
+        if numbers.overfull > 0 {
+            times.push(Span::styled(format!(" {} overfull", si(numbers.overfull as f64)), mode.style(Role::Bad)));
+        }
+        lines.push(Line::from(times));
         let mut rays = vec![label("rays "), Span::raw(format!("{}/s ", si(numbers.rate(numbers.rays.total()))))];
         for (name, count) in kinds(numbers) {
             rays.push(label(" "));
@@ -157,16 +161,12 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
             rays.push(Span::raw(format!(" {}", si(count as f64))));
         }
         lines.push(Line::from(rays));
-        let mut lost = Vec::new();
         if numbers.non_finite > 0 {
+            // Of more use than the threads, if there is no room for both.
             let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
-            lost.push(format!("{} not finite: {command}", si(numbers.non_finite as f64)));
+            let text = format!("{} not finite: {command}", si(numbers.non_finite as f64));
+            lines.extend(wrapped(&text, width).into_iter().map(|line| Line::styled(line, mode.style(Role::Bad))));
         }
-        if numbers.overfull > 0 {
-            lost.push(format!("{} overfull: inside of too many bodies at once", si(numbers.overfull as f64)));
-        }
-        let told = lost.iter().flat_map(|text| wrapped(text, width));
-        lines.extend(told.map(|line| Line::styled(line, mode.style(Role::Bad))));
         let rows = usize::from(area.height).saturating_sub(lines.len());
         thread_grid(mode, numbers, width, rows, &mut lines);
     }
