@@ -1,5 +1,6 @@
 //! Description to scene.
 
+use super::leaf::Leaf;
 use super::object::canonical_scale;
 use super::texture::Source;
 use super::{
@@ -320,7 +321,8 @@ impl Geometry {
             }
         }
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
-        let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
+        let leaf = |index: u32| Leaf::new(index, &objects[index as usize]);
+        let leaves = slots.iter().map(|&at| leaf(of_box[at as usize])).collect();
         let spheres = objects.iter().map(Object::bounding_sphere).collect();
         let stats = tree.stats();
         Ok(Self {
@@ -328,7 +330,7 @@ impl Geometry {
             objects,
             tree,
             stats,
-            bounded,
+            leaves,
             unbounded,
             spheres,
             clearances: OnceLock::new(),

@@ -5,6 +5,7 @@ mod camera;
 mod clearance;
 mod compile;
 mod front;
+mod leaf;
 mod light;
 mod material;
 mod media;
@@ -24,7 +25,7 @@ pub use material::Material;
 pub use media::MediumStack;
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
-pub use packet::PacketScratch;
+pub use packet::{PacketScratch, Way};
 pub use pick::Pick;
 pub use summary::{Imported, Summary};
 pub use texture::Texture;
@@ -33,7 +34,9 @@ use crate::assets::Image;
 use crate::bvh::{Bvh, BvhStats, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
+
 use glam::DVec3;
+use leaf::Leaf;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -82,8 +85,8 @@ struct Geometry {
     /// Objects with a box, in leaf order.
     tree: Bvh,
     stats: BvhStats,
-    /// Index of each position of the tree.
-    bounded: Vec<u32>,
+    /// What is at each position of the tree.
+    leaves: Vec<Leaf>,
     /// Planes.
     unbounded: Vec<u32>,
     /// How far each object is from all others, where that matters.
