@@ -287,6 +287,12 @@ impl Scene {
         }
         runs(&near[..count], |range| {
             meet_shape::<K>(tree, object, range.clone(), front, met);
+            if !K::CONSERVATIVE {
+                // A ray alone is not asked where it passes by, and the shape might say yes all the same.
+                for i in range.clone().filter(|&i| near[i] == 0) {
+                    met.t[i] = f64::NAN;
+                }
+            }
             tree.run(Keep::<ANY_HIT> { range, object: index }, met, front);
         });
     }
