@@ -156,8 +156,11 @@ fn compile_with(
         object_materials,
         assets,
         eye_media: MediumStack::default(),
+        transmitting: Vec::new(),
     };
     if scene.has_media {
+        let objects = 0..scene.objects().len() as u32;
+        scene.transmitting = objects.map(|object| scene.transmits(object)).collect();
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }

@@ -25,7 +25,7 @@ impl Leaf {
 
     /// The closest hit of a world-space ray, as [`Object::intersect`] finds it.
     #[inline(always)]
-    fn intersect<K: TreeKernels>(&self, objects: &[Object], ray: &Ray) -> Option<Hit> {
+    pub fn intersect<K: TreeKernels>(&self, objects: &[Object], ray: &Ray) -> Option<Hit> {
         let Some((centre, radius)) = self.ball else {
             return objects[self.object as usize].intersect::<K>(ray, self.object);
         };
@@ -120,7 +120,7 @@ pub(super) struct AnyObject<'a, F> {
     ask: &'a F,
 }
 
-impl<'a, F: Fn(u32) -> bool> LeafVisitor for AnyObject<'a, F> {
+impl<'a, F: Fn(&Leaf) -> bool> LeafVisitor for AnyObject<'a, F> {
     type Source = (&'a [Leaf], &'a F);
     const ANY_HIT: bool = true;
 
@@ -131,6 +131,6 @@ impl<'a, F: Fn(u32) -> bool> LeafVisitor for AnyObject<'a, F> {
 
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
-        (self.ask)(self.leaves[block as usize].object)
+        (self.ask)(&self.leaves[block as usize])
     }
 }

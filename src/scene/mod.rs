@@ -74,6 +74,8 @@ pub struct Scene {
     /// Media around the eye of a perspective camera.
     eye_media: MediumStack,
     has_media: bool,
+    /// Whether light may get through an object somewhere, for each; empty if it does through none.
+    transmitting: Vec<bool>,
 }
 
 /// The objects and the tree over them: what only moving, adding or removing objects changes.
@@ -142,6 +144,11 @@ impl Scene {
 
     /// Whether light may get through an object somewhere.
     fn may_transmit(&self, object: u32) -> bool {
+        self.transmitting.get(object as usize).is_some_and(|transmitting| *transmitting)
+    }
+
+    /// Finds it out.
+    fn transmits(&self, object: u32) -> bool {
         let object = &self.geometry.objects[object as usize];
         let transmits = |index: u32| self.materials[index as usize].transmit > 0.0;
         match (self.object_materials[object.source as usize], &object.shape) {

@@ -1,12 +1,12 @@
 //! Rays against the whole scene, and the surface where they end.
 
 use super::front::passes;
-use super::leaf::{AnyObject, AnyOccluder, Closest};
+use super::leaf::{AnyObject, AnyOccluder, Closest, Leaf};
 use super::{Geometry, Object, Scene, Shape};
 use crate::bvh::{LeafVisitor, TreeKernels};
 use crate::geometry::{
     Hit, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cone_uv, cuboid_surface, cuboid_uv, cylinder_surface,
-    cylinder_uv, plane_surface, plane_uv, quad_uv, sphere_surface, sphere_uv,
+    cylinder_uv, plane_surface, plane_uv, quad_uv, smooth, sphere_surface, sphere_uv,
 };
 use glam::{DVec2, DVec3};
 
@@ -78,12 +78,13 @@ impl Scene {
     }
 
     /// Asks the objects that a ray may meet until one says yes.
-    fn any_object<K: TreeKernels, F: Fn(u32) -> bool>(&self, ray: &Ray, ask: &F) -> bool {
+    fn any_object<K: TreeKernels, F: Fn(&Leaf) -> bool>(&self, ray: &Ray, ask: &F) -> bool {
         let geometry = &*self.geometry;
+        let ask_one = |index: u32| ask(&Leaf::new(index, &geometry.objects[index as usize]));
         if self.asks_all::<K>() {
-            return self.near(ray).any(|index| ask(index));
+            return self.near(ray).any(ask_one);
         }
-        geometry.unbounded.iter().any(|&index| ask(index))
+        geometry.unbounded.iter().any(|&index| ask_one(index))
             || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.leaves, ask)).0
     }
 
@@ -106,12 +107,12 @@ impl Scene {
     pub fn blocked<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) -> bool {
         hits.clear();
         let hits = std::cell::RefCell::new(hits);
-        self.any_object::<K, _>(ray, &|index| {
-            let object = &self.geometry.objects[index as usize];
-            if !self.may_transmit(index) {
-                return object.occluded::<K>(ray);
+        self.any_object::<K, _>(ray, &|leaf| {
+            let objects = self.objects();
+            if !self.may_transmit(leaf.object) {
+                return objects[leaf.object as usize].occluded::<K>(ray);
             }
-            hits.borrow_mut().extend(object.intersect::<K>(ray, index));
+            hits.borrow_mut().extend(leaf.intersect::<K>(objects, ray));
             false
         })
     }
@@ -133,9 +134,9 @@ impl Scene {
         }
         let near = Ray { t_min: (hit.t - slack).max(ray.t_min), t_max: hit.t + slack, ..*ray };
         let visit = std::cell::RefCell::new(visit);
-        self.any_object::<K, _>(&near, &|index| {
-            if index != hit.object
-                && let Some(other) = self.geometry.objects[index as usize].intersect::<K>(&near, index)
+        self.any_object::<K, _>(&near, &|leaf| {
+            if leaf.object != hit.object
+                && let Some(other) = leaf.intersect::<K>(self.objects(), &near)
             {
                 visit.borrow_mut()(other);
             }
@@ -169,16 +170,8 @@ impl Scene {
         });
         let bound = object.error_scale * on_surface.length().max(object.reach);
         let (point, point_error) = K::surface_point(ray, hit.t, on_surface, bound);
-        let mut interaction = SurfaceInteraction {
-            point,
-            point_error,
-            geometric_normal,
-            shading_normal: geometric_normal,
-            shadow_point: point,
-            hit: *hit,
-            material: self.material_of(hit.object, hit.primitive),
-            entering: ray.direction.dot(geometric_normal) < 0.0,
-        };
+        let entering = ray.direction.dot(geometric_normal) < 0.0;
+        let (mut shading_normal, mut shadow_point) = (geometric_normal, point);
         if let Shape::Mesh(mesh) = &object.shape
             && let Some(normals) = mesh.shading_normals(hit.primitive)
         {
@@ -187,9 +180,20 @@ impl Scene {
                 let n = (map.normal * n).normalize_or(geometric_normal);
                 if n.dot(geometric_normal) < 0.0 { -n } else { n }
             });
-            interaction.smooth(corners, normals, hit.u, hit.v);
+            let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+            (shading_normal, shadow_point) = smooth(point, geometric_normal, entering, corners, normals, weights);
         }
-        interaction
+        // Made in its place at last: it was copied where it was changed once more, 2.6 % of the time on the field of glass.
+        SurfaceInteraction {
+            point,
+            point_error,
+            geometric_normal,
+            shading_normal,
+            shadow_point,
+            hit: *hit,
+            material: self.material_of(hit.object, hit.primitive),
+            entering,
+        }
     }
 
     /// Texture coordinates where an interaction is, v upward.
