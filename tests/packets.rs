@@ -134,3 +134,39 @@ fn a_packet_that_all_passes_by_finds_nothing_and_none_is_left_of_the_one_before(
         }
     }
 }
+
+#[test]
+fn of_three_faces_in_a_chain_of_ties_packets_and_single_rays_see_the_same_one() {
+    // Each ties with the next but not with the one after: with 2^-45 of t for one place, at t = 1 and 0.8 and 1.6 of that
+    // behind it. In all orders of the objects, in scenes with a tree and without.
+    let step = 0.8 / 2f64.powi(45);
+    let mut scratch = PacketScratch::default();
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        for others in [0, 12] {
+            let mut d = desc(1, 1, CameraDesc::default());
+            d.materials.push(flat("white", Rgb::WHITE));
+            d.objects = order.map(|k| quad(v(0.0, -step * f64::from(k), 0.0), 2.0, DVec3::ZERO, "white")).to_vec();
+            d.objects.extend((0..others).map(|k| sphere(v(5.0 + f64::from(k), 0.0, 3.0), 0.4, "white")));
+            let scene = compile(&d);
+            let mut rng = SplitMix64(8);
+            let rays: Vec<_> =
+                (0..200).map(|_| Ray::new(v(rng.range(-0.5, 0.5), 1.0, rng.range(-0.5, 0.5)), DVec3::NEG_Y)).collect();
+            let mut hits = vec![None; rays.len()];
+            scene.intersect_packet::<Robust>(&rays, &mut hits, &mut scratch);
+            for (ray, hit) in rays.iter().zip(&hits) {
+                assert_eq!(bits(*hit), bits(scene.intersect::<Robust>(ray)), "{order:?} with {others} more");
+                // Whichever it is lies in the one place that they are.
+                let hit = hit.expect("three quads are in the way");
+                assert!((hit.t - 1.0).abs() <= 2.5 * step && hit.object < 3, "{hit:?}");
+            }
+            // Two at a time there is no chain: the first in the file wins, in any order.
+            let pair = |p: &Hit, q: &Hit| (p.t - q.t).abs() <= p.t.min(q.t) / 2f64.powi(45);
+            let alone: Vec<_> =
+                (0..3).filter_map(|k| scene.objects()[k].intersect::<Robust>(&rays[0], k as u32)).collect();
+            assert_eq!(
+                [(0, 1), (0, 2), (1, 2)].map(|(a, b)| pair(&alone[a], &alone[b])).iter().filter(|p| **p).count(),
+                2
+            );
+        }
+    }
+}

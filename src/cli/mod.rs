@@ -15,6 +15,7 @@ mod study;
 use crate::description::{FilmDesc, printable};
 use crate::headless::{self, Report, Seconds, TooLarge, Unfinished, check_memory};
 use crate::output::{check_target, save_png};
+use crate::scene::MOST_BODIES;
 use crate::tui;
 use args::{CheckArgs, Cli, Command, KeysArgs, RenderArgs};
 use check::Inventory;
@@ -151,6 +152,14 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
             let samples = if report.non_finite == 1 { "sample was" } else { "samples were" };
             let look = report.explain.as_deref().map_or(String::new(), |look| format!("; see {}", printable(look)));
             say(format_args!("warning: {} {samples} not finite and left out{look}", report.non_finite));
+        }
+        if report.overfull_media > 0 {
+            let samples = if report.overfull_media == 1 { "sample" } else { "samples" };
+            say(format_args!(
+                "warning: in {} {samples} a ray was inside of more than {MOST_BODIES} transparent bodies at once; what it entered \
+                 beyond was passed over",
+                report.overfull_media
+            ));
         }
         say(&report);
         if let (Some([low, high]), Some(unit)) = (report.scale, args.view.unit()) {

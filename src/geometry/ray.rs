@@ -74,6 +74,12 @@ impl Hit {
     /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same object at the
     /// same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is seen, not specks of
     /// both, and the winner does not depend on the order of traversal.
+    ///
+    /// No rule that takes near for equal is transitive: of three objects each of which ties with the next but not with the one
+    /// after (three faces within 2⁻⁴⁴ of t, yet not within 2⁻⁴⁵), each may beat another one, and the first asked decides
+    /// which two are compared. Any of them is a right answer, since they are one place; and pictures stay reproducible because the
+    /// order is a function of ray and scene: that of the objects in small scenes, alone and in packets; that of the tree
+    /// in others, where there are no packets of objects, and the tree is the same for any number of threads.
     #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
         // Without branches, so that loops over rays become vector code.

@@ -68,6 +68,8 @@ pub struct Report {
     pub workers: Vec<Worker>,
     /// Samples left out because they were not finite.
     pub non_finite: u64,
+    /// Samples with a ray inside of more transparent bodies at once than are kept track of: some were passed over.
+    pub overfull_media: u64,
     /// The command that shows the rays of the first pixel with such a sample; `null` if there is none.
     pub explain: Option<String>,
     /// The most memory that the process ever held; `null` where the system does not tell.
@@ -286,6 +288,7 @@ impl Report {
             rays_per_second: rays.total() as f64 / seconds.trace.max(1e-9),
             workers: workers.collect(),
             non_finite: progress.non_finite,
+            overfull_media: progress.overfull,
             explain: None,
             peak_memory_bytes: memory::peak(),
             pixel_hash: format!("{:016x}", rendered.film.hash()),

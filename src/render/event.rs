@@ -7,6 +7,7 @@ use std::time::Duration;
 
 /// One report of a running render. Events of one tile come in order.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // Nearly all events are of the largest kind.
 pub enum RenderEvent {
     /// A worker begins with a tile.
     TileStarted {
@@ -64,6 +65,8 @@ pub struct TileStats {
     pub rays: RayCounts,
     /// Samples whose radiance was not finite: counted and left out of the picture.
     pub non_finite: u64,
+    /// Samples with a ray inside of more transparent bodies than are kept track of.
+    pub overfull: u64,
     /// Time spent tracing.
     pub busy: Duration,
     /// When it was done, since the start of the render.

@@ -19,6 +19,8 @@ pub struct Progress {
     pub rays: RayCounts,
     /// Samples that were not finite and are left out.
     pub non_finite: u64,
+    /// Samples with a ray inside of more transparent bodies than are kept track of.
+    pub overfull: u64,
     /// The first pixel in reading order that has such samples: column and row.
     pub first_non_finite: Option<(u32, u32)>,
     /// One entry a worker.
@@ -96,6 +98,7 @@ impl Progress {
             samples_done: 0,
             rays: RayCounts::default(),
             non_finite: 0,
+            overfull: 0,
             first_non_finite: None,
             workers: vec![WorkerProgress::default(); threads],
             pass: None,
@@ -132,6 +135,7 @@ impl Progress {
                 self.samples_done += stats.samples;
                 self.rays += stats.rays;
                 self.non_finite += stats.non_finite;
+                self.overfull += stats.overfull;
                 if let Some(at) = tile.non_finite.iter().position(|samples| *samples > 0) {
                     let (column, row) = (at as u32 % tile.rect.width, at as u32 / tile.rect.width);
                     let pixel = (tile.rect.x + column, tile.rect.y + row);

@@ -232,6 +232,7 @@ impl Tile {
             if !self.pixels[at as usize].add(sample) {
                 stats.non_finite += 1;
             }
+            stats.overfull += u64::from(sample.overfull);
         }
         batch.points.clear();
         batch.pixels.clear();

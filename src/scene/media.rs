@@ -6,14 +6,23 @@ use crate::bvh::TreeKernels;
 use crate::geometry::{Ray, Robust};
 use glam::DVec3;
 
-/// Most bodies that a ray can be inside of at once; what is entered beyond is passed over.
-const CAPACITY: usize = 8;
+/// Most bodies that a ray can be inside of at once; what is entered beyond is passed over, which is counted.
+pub const MOST_BODIES: usize = 8;
 
 /// The transparent bodies that a ray is inside of. Copied with every ray.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct MediumStack {
-    bodies: [Body; CAPACITY],
+    bodies: [Body; MOST_BODIES],
     len: usize,
+    /// Whether a body was passed over on the way here because there was no room for it.
+    overfull: bool,
+}
+
+/// What was passed over has no part in it.
+impl PartialEq for MediumStack {
+    fn eq(&self, o: &Self) -> bool {
+        self.bodies == o.bodies && self.len == o.len
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,6 +37,11 @@ impl MediumStack {
         self.len == 0
     }
 
+    /// Whether more bodies were entered than there is room for.
+    pub fn is_overfull(&self) -> bool {
+        self.overfull
+    }
+
     /// The stack after crossing the surface of `object`. A quad has no inside.
     pub fn crossed(self, scene: &Scene, object: u32, material: u32, entering: bool) -> Self {
         match scene.objects()[object as usize].shape {
@@ -40,9 +54,15 @@ impl MediumStack {
     /// The stack after crossing the surface of `object` inward.
     fn entered(mut self, object: u32, material: u32) -> Self {
         // A body is entered once: a second entrance comes from an open or self-overlapping mesh.
-        if self.len < CAPACITY && !self.bodies[..self.len].iter().any(|b| b.object == object) {
-            self.bodies[self.len] = Body { object, material };
-            self.len += 1;
+        if self.bodies[..self.len].iter().any(|b| b.object == object) {
+            return self;
+        }
+        match self.bodies.get_mut(self.len) {
+            Some(free) => {
+                *free = Body { object, material };
+                self.len += 1;
+            }
+            None => self.overfull = true,
         }
         self
     }

@@ -22,7 +22,7 @@ pub use camera::Camera;
 pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
-pub use media::MediumStack;
+pub use media::{MOST_BODIES, MediumStack};
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
 pub use packet::{PacketScratch, Way};

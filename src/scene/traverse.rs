@@ -49,7 +49,9 @@ impl Scene {
     /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
-        if self.asks_all::<K>() {
+        if self.is_simple() {
+            // One after the other, as packets do: of three objects in a chain of ties the order decides (see `Hit::beats`), and where
+            // the boxes of a tree may lose hits it would find something else.
             let mut closest = Closest::<K>::new((self, None), ray);
             self.near(ray).fold(ray.t_max, |t_max, index| closest.test(index, t_max));
             return closest.best;
@@ -70,7 +72,7 @@ impl Scene {
     pub(super) fn occluder<K: TreeKernels>(&self, ray: &Ray) -> Option<u32> {
         let geometry = &*self.geometry;
         let occludes = |index: u32| geometry.objects[index as usize].occluded::<K>(ray);
-        if self.asks_all::<K>() {
+        if self.is_simple() {
             return self.near(ray).find(|&index| occludes(index));
         }
         let plane = geometry.unbounded.iter().copied().find(|&index| occludes(index));
@@ -81,17 +83,11 @@ impl Scene {
     fn any_object<K: TreeKernels, F: Fn(&Leaf) -> bool>(&self, ray: &Ray, ask: &F) -> bool {
         let geometry = &*self.geometry;
         let ask_one = |index: u32| ask(&Leaf::new(index, &geometry.objects[index as usize]));
-        if self.asks_all::<K>() {
+        if self.is_simple() {
             return self.near(ray).any(ask_one);
         }
         geometry.unbounded.iter().any(|&index| ask_one(index))
             || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.leaves, ask)).0
-    }
-
-    /// Whether a single ray, too, asks the objects that packets ask: where the boxes of the tree may lose hits, it would find
-    /// something else than they.
-    fn asks_all<K: TreeKernels>(&self) -> bool {
-        !K::CONSERVATIVE && self.is_simple()
     }
 
     /// The objects whose bounding spheres a ray passes.

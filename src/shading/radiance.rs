@@ -120,6 +120,10 @@ impl<R: Recorder> Tracer<'_, R> {
             }
             hit => hit.map(|hit| scene.interaction::<K>(&ray, &hit)),
         };
+        if TERMS & terms::GLASS != 0 {
+            let overfull = level.media[index].is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
+            self.samples[level.paths[index].sample as usize].overfull |= overfull;
+        }
         let Some(interaction) = met else {
             level.sums[index] = scene.background(ray.direction);
             return;

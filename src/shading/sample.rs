@@ -47,6 +47,8 @@ pub struct Sample {
     pub tree: u32,
     /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing.
     pub cut: f64,
+    /// Whether a ray was inside of more transparent bodies at once than are kept track of.
+    pub overfull: bool,
 }
 
 impl Sample {

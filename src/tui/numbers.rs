@@ -36,6 +36,10 @@ pub struct Numbers {
     pub error_history: Vec<(f64, f64)>,
     /// Samples left out.
     pub non_finite: u64,
+    /// The first pixel that has such samples.
+    pub first_non_finite: Option<(u32, u32)>,
+    /// Samples with a ray inside of more transparent bodies than are kept track of.
+    pub overfull: u64,
     /// One entry a worker.
     pub workers: Vec<WorkerProgress>,
 }
@@ -58,6 +62,8 @@ impl Numbers {
             target: progress.target().filter(|target| *target > 0.0),
             error_history: progress.error_history().iter().map(|(time, error)| (time.as_secs_f64(), *error)).collect(),
             non_finite: progress.non_finite,
+            first_non_finite: progress.first_non_finite,
+            overfull: progress.overfull,
             workers: progress.workers.clone(),
         }
     }

@@ -79,6 +79,14 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
                 Span::styled(format!("{:<12}", "not finite"), mode.style(Role::Bad)),
                 Span::raw(format!("{}  samples left out", si(numbers.non_finite as f64))),
             ]));
+            let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
+            lines.extend(wrapped(&command, width).into_iter().map(|line| Line::styled(line, mode.style(Role::Dim))));
+        }
+        if numbers.overfull > 0 {
+            lines.push(Line::from(vec![
+                Span::styled(format!("{:<12}", "overfull"), mode.style(Role::Bad)),
+                Span::raw(format!("{}  in too many bodies", si(numbers.overfull as f64))),
+            ]));
         }
         lines.push(Line::default());
         // What stands below the threads, if there is room.
@@ -148,15 +156,37 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
             rays.push(Span::styled(name.get(..7).unwrap_or(name).to_string(), mode.style(Role::Dim)));
             rays.push(Span::raw(format!(" {}", si(count as f64))));
         }
-        if numbers.non_finite > 0 {
-            rays.push(Span::styled(format!(" {} not finite", si(numbers.non_finite as f64)), mode.style(Role::Bad)));
-        }
         lines.push(Line::from(rays));
+        let mut lost = Vec::new();
+        if numbers.non_finite > 0 {
+            let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
+            lost.push(format!("{} not finite: {command}", si(numbers.non_finite as f64)));
+        }
+        if numbers.overfull > 0 {
+            lost.push(format!("{} overfull: inside of too many bodies at once", si(numbers.overfull as f64)));
+        }
+        let told = lost.iter().flat_map(|text| wrapped(text, width));
+        lines.extend(told.map(|line| Line::styled(line, mode.style(Role::Bad))));
         let rows = usize::from(area.height).saturating_sub(lines.len());
         thread_grid(mode, numbers, width, rows, &mut lines);
     }
     let area = Rect { x: area.x + 1, width: area.width.saturating_sub(2), ..area };
     Paragraph::new(lines).render(area, buffer);
+}
+
+/// The words of a text in lines of at most this width where they fit.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 fn heading(mode: ColorMode, name: &'static str, value: String, width: usize) -> Line<'static> {

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod degenerate;
 mod edges;
 mod equivariance;
 mod hostile;

@@ -140,9 +140,15 @@ fn samples_errors_and_losses_are_shown_as_the_render_tells_them() {
             errors: (0..WIDTH * HEIGHT).map(|at| if at % WIDTH < WIDTH / 2 { 0.0 } else { 1.0 }).collect(),
             non_finite: (0..WIDTH * HEIGHT).map(|at| u32::from(at == 0)).collect(),
         },
-        stats: TileStats::default(),
+        stats: TileStats { non_finite: 1, overfull: 2, ..TileStats::default() },
         pass: Pass::sequence(4)[0],
     }));
+    // The panel tells how many samples were lost and how to see why, and how many were in more glass than is kept track of.
+    stage.now += std::time::Duration::from_secs(1);
+    let text: String = stage.text().split_whitespace().collect::<Vec<_>>().join(" ");
+    for told in ["not finite", "glimt explain", "--pixel 0,0", "--numerics robust", "overfull"] {
+        assert!(text.contains(told), "no {told} in {text}");
+    }
     let area = stage.app.layout().preview;
     let (left, right) = ((area.x + 10, area.y + area.height / 2), (area.right() - 10, area.y + area.height / 2));
     for view in ["samples per pixel", "estimated error"] {

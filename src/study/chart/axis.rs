@@ -44,7 +44,7 @@ impl Fitted {
         let place = match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
             Scale::Log if value <= 0.0 => 0.0,
-            Scale::Log => (value / self.low).ln() / (self.high / self.low).ln(),
+            Scale::Log => (value.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()),
         };
         place.clamp(0.0, 1.0)
     }
@@ -74,8 +74,10 @@ impl Fitted {
 
     /// Powers of ten, and 1, 2, 5 of each where there is room for them.
     fn log_ticks(&mut self) {
-        let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
-        let decades = (self.high / self.low).log10();
+        // What f64 holds, whatever the ends are.
+        let power = |end: f64| end.log10().clamp(-323.0, 308.0);
+        let (first, last) = (power(self.low).floor() as i32, power(self.high).ceil() as i32);
+        let decades = power(self.high) - power(self.low);
         let labelled: &[f64] = if decades <= 3.2 { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let stride = (decades / 9.0).ceil().max(1.0) as i32;
         for power in first..=last {
@@ -147,8 +149,10 @@ fn ends(chart: &Chart, axis: &Axis, side: Side) -> (f64, f64) {
     match axis.scale {
         _ if values.is_empty() => (1.0, 10.0),
         Scale::Log => {
-            let ratio = (high / low).max(2.0).powf(1.5 * MARGIN);
-            if high / low < 1.5 { (low / 2.0, high * 2.0) } else { (low / ratio, high * ratio) }
+            // The quotient may be beyond f64 where its logarithm is not.
+            let ratio = (1.5 * MARGIN * (high.ln() - low.ln()).max(2f64.ln())).exp();
+            let (low, high) = if high / low < 1.5 { (low / 2.0, high * 2.0) } else { (low / ratio, high * ratio) };
+            (low.max(f64::MIN_POSITIVE), high.min(f64::MAX))
         }
         Scale::Linear => {
             // A quantity that starts near nothing is shown from nothing.
@@ -186,6 +190,12 @@ mod tests {
         assert_eq!(labels(log(), &[0.003, 0.2]), "0.005 0.01 0.02 0.05 0.1 0.2");
         assert_eq!(labels(log(), &[1e-3, 1e5]), "0.001 0.01 0.1 1 10 100 1000 10000 1e5");
         assert_eq!(labels(log(), &[1e-9, 1e9]), "1e-9 1e-6 0.001 1 1000 1e6 1e9");
+        // Errors that are not finite are written as the largest number that there is.
+        assert_eq!(labels(log(), &[1e-300, f64::MAX]), "1e-276 1e-207 1e-138 1e-69 1 1e69 1e138 1e207 1e276");
+        assert_eq!(labels(log(), &[1.0, f64::MAX]), "1 1e37 1e74 1e111 1e148 1e185 1e222 1e259 1e296");
+        for values in [[f64::MIN_POSITIVE, f64::MAX], [5e-324, 1.0], [f64::MAX, f64::MAX]] {
+            assert!((1..=20).contains(&labels(log(), &values).split(' ').count()), "{values:?}");
+        }
         let linear = || Axis::linear("");
         assert_eq!(labels(linear(), &[0.0, 10.0]), "0 2 4 6 8 10");
         assert_eq!(labels(linear(), &[100.0, 101.0]), "100.0 100.2 100.4 100.6 100.8 101.0");

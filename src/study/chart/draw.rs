@@ -1,7 +1,7 @@
 //! Charts as PNG and SVG.
 
 use super::axis::{Fitted, Side};
-use super::{Chart, Data, PALETTE, Point};
+use super::{Chart, Data, PALETTE, Point, Series};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -39,19 +39,7 @@ impl Chart {
             let area = BitMapBackend::with_buffer(&mut large, fine).into_drawing_area();
             self.draw(&area, DENSITY * OVERSAMPLING, TEXT_TOO_HIGH)?;
         }
-        let (stride, n) = (fine.0 as usize * 3, OVERSAMPLING as usize);
-        let mut small = Vec::with_capacity(width as usize * height as usize * 3);
-        for y in 0..height as usize {
-            for x in 0..width as usize {
-                for channel in 0..3 {
-                    let sum: usize = (0..n * n)
-                        .map(|i| large[(y * n + i / n) * stride + (x * n + i % n) * 3 + channel] as usize)
-                        .sum();
-                    small.push(((sum + n * n / 2) / (n * n)) as u8);
-                }
-            }
-        }
-        Ok((width as u32, height as u32, small))
+        Ok((width as u32, height as u32, averaged(&large, width as usize, height as usize)))
     }
 
     /// The chart as an SVG document.
@@ -112,10 +100,11 @@ impl Chart {
                 }
                 Data::Line(points) => {
                     let line: Vec<_> = points.iter().filter(|p| is_drawn(p)).map(|p| frame.at(p.x, p.y)).collect();
-                    pen.line(&line, 2.0, color)?;
-                    Self::draw_marks(pen, &frame, points, index)?;
+                    let (below, above) = self.same_line(index);
+                    pen.shared_line(&line, 2.0, color, (below, below + 1 + above))?;
+                    self.draw_marks(pen, &frame, points, index)?;
                 }
-                Data::Points(points) => Self::draw_marks(pen, &frame, points, index)?,
+                Data::Points(points) => self.draw_marks(pen, &frame, points, index)?,
                 Data::Columns(points) => {
                     let width = 0.8 / columns as f64;
                     let shift = (column as f64 - columns as f64 / 2.0) * width;
@@ -145,6 +134,12 @@ impl Chart {
         Ok(())
     }
 
+    /// How many lines of the same values are drawn before this one, and after it.
+    fn same_line(&self, index: usize) -> (usize, usize) {
+        let same = |series: &&Series| series.data == self.series[index].data;
+        (self.series[..index].iter().filter(same).count(), self.series[index + 1..].iter().filter(same).count())
+    }
+
     /// Entries from left to right, in as many rows as they need. Where the rows end.
     fn draw_legend<B: DrawingBackend>(&self, pen: &Pen<'_, B>, top: f64) -> Result<f64, Failed<B>> {
         let named: Vec<_> = self.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty()).collect();
@@ -159,10 +154,10 @@ impl Chart {
             }
             let (y, color) = (top + 8.0, color(index));
             match &series.data {
-                Data::Points(_) => pen.mark((left + 10.0, y), index, color, true)?,
+                Data::Points(_) => pen.mark((left + 10.0, y), index, color, true, 1.0)?,
                 Data::Line(_) => {
                     pen.line(&[(left, y), (left + 20.0, y)], 2.0, color)?;
-                    pen.mark((left + 10.0, y), index, color, true)?;
+                    pen.mark((left + 10.0, y), index, color, true, 1.0)?;
                 }
                 Data::Guide(_) => pen.line(&[(left, y), (left + 20.0, y)], 1.5, color)?,
                 Data::Columns(_) | Data::Spans(_) => {
@@ -213,14 +208,93 @@ impl Chart {
         pen.upward(&self.y.label, (30.0, (top + bottom) / 2.0), 14.0, INK)
     }
 
-    fn draw_marks<B: DrawingBackend>(pen: &Pen<'_, B>, frame: &Frame, points: &[Point], index: usize) -> Drawn<B> {
+    fn draw_marks<B: DrawingBackend>(
+        &self,
+        pen: &Pen<'_, B>,
+        frame: &Frame,
+        points: &[Point],
+        index: usize,
+    ) -> Drawn<B> {
         for p in points.iter().filter(|p| is_drawn(p)) {
             pen.spread(frame, p, color(index))?;
             let solid = !frame.y.is_below(p.y) && !frame.x.is_below(p.x);
-            pen.mark(frame.at(p.x, p.y), index, color(index), solid)?;
+            let at = frame.at(p.x, p.y);
+            // Where later marks lie on it, it shows as their rim.
+            let covers = |other: &Point| {
+                let (x, y) = frame.at(other.x, other.y);
+                is_drawn(other) && (x - at.0).hypot(y - at.1) < 4.0
+            };
+            let above = self.series[index + 1..].iter().filter(|later| later.data.points().iter().any(covers)).count();
+            pen.mark(at, index, color(index), solid, 1.0 + 0.4 * above as f64)?;
         }
         Ok(())
     }
+}
+
+/// A strip of this width with a coloured square before each text, dark on white, to stand below a picture: its height and
+/// sRGB codes.
+pub fn legend(width: u32, entries: &[(String, [u8; 3])]) -> Result<(u32, Vec<u8>), String> {
+    let refused = |_| "the font inside the program is damaged".to_owned();
+    register_font(FONT, FontStyle::Normal, REGULAR).map_err(refused)?;
+    const ROW: u32 = 24;
+    // Where each entry stands, once its text has been measured.
+    let mut places = Vec::new();
+    let mut empty = [255; 3];
+    {
+        let area = BitMapBackend::with_buffer(&mut empty, (1, 1)).into_drawing_area();
+        let pen = Pen { area: &area, unit: 1.0, sink: TEXT_TOO_HIGH };
+        let (mut left, mut row) = (12.0, 0);
+        for (text, _) in entries {
+            let wide = 18.0 + pen.width(text, 13.0) + 18.0;
+            if left > 12.0 && left + wide > f64::from(width) {
+                (left, row) = (12.0, row + 1);
+            }
+            places.push((left, f64::from(row * ROW) + 18.0));
+            left += wide;
+        }
+    }
+    let rows = places.last().map_or(0, |(_, y)| *y as u32 / ROW + 1);
+    let (height, n) = (rows * ROW + 12, OVERSAMPLING as u32);
+    let mut large = vec![255u8; (width * n * height * n * 3) as usize];
+    {
+        let area = BitMapBackend::with_buffer(&mut large, (width * n, height * n)).into_drawing_area();
+        let pen = Pen { area: &area, unit: f64::from(n), sink: TEXT_TOO_HIGH };
+        let draw = || {
+            for ((text, [r, g, b]), (x, y)) in entries.iter().zip(&places) {
+                let square = |half: f64, color: RGBColor| {
+                    let (x, y) = (x + 6.0, *y);
+                    pen.fill(
+                        &[(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)],
+                        color,
+                    )
+                };
+                // A rim, so that white is seen on white.
+                square(6.5, SOFT_INK)?;
+                square(5.5, RGBColor(*r, *g, *b))?;
+                pen.text(text, (x + 18.0, *y), 13.0, INK, Anchor::Left, false)?;
+            }
+            area.present()
+        };
+        draw().map_err(|error| error.to_string())?;
+    }
+    Ok((height, averaged(&large, width as usize, height as usize)))
+}
+
+/// Every pixel the mean of the finer ones.
+fn averaged(large: &[u8], width: usize, height: usize) -> Vec<u8> {
+    let n = OVERSAMPLING as usize;
+    let stride = width * n * 3;
+    let mut small = Vec::with_capacity(width * height * 3);
+    for y in 0..height {
+        for x in 0..width {
+            for channel in 0..3 {
+                let sum: usize =
+                    (0..n * n).map(|i| large[(y * n + i / n) * stride + (x * n + i % n) * 3 + channel] as usize).sum();
+                small.push(((sum + n * n / 2) / (n * n)) as u8);
+            }
+        }
+    }
+    small
 }
 
 type Failed<B> = DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
@@ -320,6 +394,31 @@ impl<B: DrawingBackend> Pen<'_, B> {
         Ok(())
     }
 
+    /// One of several lines in the same place: each of them has its turn, dash by dash. `turn`: which, of how many.
+    fn shared_line(&self, points: &[(f64, f64)], width: f64, color: RGBColor, (turn, of): (usize, usize)) -> Drawn<B> {
+        if of == 1 {
+            return self.line(points, width, color);
+        }
+        const DASH: f64 = 9.0;
+        let (mut run, period) = (0.0, DASH * of as f64);
+        for pair in points.windows(2) {
+            let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
+            let length = (bx - ax).hypot(by - ay);
+            let at = |s: f64| (ax + (bx - ax) * s / length, ay + (by - ay) * s / length);
+            // Dashes begin where the whole way is their turn past a period.
+            let mut start = ((run / period).floor()) * period + DASH * turn as f64 - run;
+            while start < length {
+                let (from, to) = (start.max(0.0), (start + DASH).min(length));
+                if from < to {
+                    self.line(&[at(from), at(to)], width, color)?;
+                }
+                start += period;
+            }
+            run += length;
+        }
+        Ok(())
+    }
+
     fn dashed(&self, from: (f64, f64), to: (f64, f64), width: f64, color: RGBColor) -> Drawn<B> {
         let mut x = from.0;
         while x < to.0 {
@@ -335,7 +434,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
     }
 
     /// A mark whose form goes with the colour, so that charts can be read in grey too.
-    fn mark(&self, (x, y): (f64, f64), index: usize, color: RGBColor, solid: bool) -> Drawn<B> {
+    fn mark(&self, (x, y): (f64, f64), index: usize, color: RGBColor, solid: bool, size: f64) -> Drawn<B> {
         const FORMS: [&[(f64, f64)]; 6] = [
             &[],
             &[(-0.88, -0.88), (0.88, -0.88), (0.88, 0.88), (-0.88, 0.88)],
@@ -367,9 +466,9 @@ impl<B: DrawingBackend> Pen<'_, B> {
             }
         };
         // A rim of white parts marks that lie over each other.
-        shape(5.6, WHITE)?;
-        shape(4.6, color)?;
-        if solid { Ok(()) } else { shape(2.8, WHITE) }
+        shape(4.6 * size + 1.0, WHITE)?;
+        shape(4.6 * size, color)?;
+        if solid { Ok(()) } else { shape(2.8 * size, WHITE) }
     }
 
     /// The vertical bar of a point's spread.

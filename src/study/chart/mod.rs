@@ -4,6 +4,7 @@ mod axis;
 mod draw;
 mod terminal;
 
+pub use draw::legend;
 pub use terminal::TerminalStyle;
 
 /// What is drawn: nothing here knows pixels or characters.
@@ -177,6 +178,20 @@ mod tests {
             assert!(count(*color) > 50, "{color:?}");
         }
         assert!(count([255; 3]) * 10 > 8 * pixels.len() / 3);
+    }
+
+    #[test]
+    fn a_legend_is_as_wide_as_asked_and_has_every_colour() {
+        let entries = [("first".to_owned(), [200, 10, 20]), ("second".to_owned(), [10, 200, 20])];
+        for (width, rows) in [(300, 1), (100, 2)] {
+            let (height, pixels) = legend(width, &entries).unwrap();
+            assert_eq!(pixels.len(), (width * height * 3) as usize);
+            assert_eq!((height - 12) / 24, rows);
+            for (_, color) in &entries {
+                assert!(pixels.chunks(3).filter(|pixel| pixel == color).count() > 80);
+            }
+        }
+        assert_eq!(legend(100, &[]).unwrap().0, 12);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::output::encode_png;
 use crate::render::{self, Film, RenderEvent, Settings};
 use crate::scene::{Scene, compile};
 use crate::shading::Sample;
+use crate::study::chart::legend;
 use crate::study::{Cell, Console, Report, StudyError, Table};
 use glam::DVec3;
 use serde_json::json;
@@ -21,7 +22,7 @@ use std::sync::Arc;
 pub struct Map {
     /// Counts by change and cause.
     pub report: Report,
-    /// PNG: the scene in grey, each pixel that flips in the colour of its cause.
+    /// PNG: the scene in grey, each pixel that flips in the colour of its cause, and a legend with the number of those.
     pub png: Vec<u8>,
     /// Pixels that flip with the default arithmetic.
     pub flipped: usize,
@@ -108,7 +109,7 @@ fn cause(a: (&Scene, (u32, u32), &Sample), b: (&Scene, (u32, u32), &Sample), num
 pub fn map(desc: &SceneDesc, quick: bool, threads: NonZeroUsize, console: &Console) -> Result<Map, StudyError> {
     let mut desc = desc.clone();
     desc.render.numerics = Numerics::Robust;
-    let effort = Effort { quick, threads, go_on: &|| true };
+    let effort = Effort { quick, threads, go_on: &|_| true };
     let scene = compile(&desc, None)?;
     let right = picture(&effort, &scene);
     let (width, height) = (scene.width, scene.height);
@@ -187,24 +188,45 @@ fn film(scene: &Arc<Scene>, threads: usize, tile_size: u32) -> Result<Film, Stud
     Ok(film)
 }
 
-/// The picture in dark grey, with the causes in their colours.
+/// The picture in dark grey, with the causes in their colours, enlarged to what an eye can tell, and what they mean below.
 fn paint(width: u32, height: u32, samples: &[Sample], causes: &[Option<Cause>]) -> Result<Vec<u8>, StudyError> {
-    let codes = samples.iter().zip(causes).flat_map(|(sample, cause)| {
-        let color = |cause: &Cause| Cause::ALL.iter().find(|(c, ..)| c == cause).map(|(.., color)| *color);
-        cause.as_ref().and_then(color).unwrap_or_else(|| {
-            let [r, g, b] = super::scenes::codes(sample).map(u32::from);
+    let color = |at: usize| {
+        let of = |cause: Cause| Cause::ALL.iter().find(|(c, ..)| *c == cause).map(|(.., color)| *color);
+        causes[at].and_then(of).unwrap_or_else(|| {
+            let [r, g, b] = super::scenes::codes(&samples[at]).map(u32::from);
             [((r + g + b) / 6) as u8; 3]
         })
-    });
-    Ok(encode_png(width, height, &codes.collect::<Vec<_>>())?)
+    };
+    let times = (LEAST_WIDTH / width.max(1)).max(1);
+    let (wide, high) = (width * times, height * times);
+    let mut codes = Vec::with_capacity((wide * high * 3) as usize);
+    for y in 0..high {
+        codes.extend((0..wide).flat_map(|x| color((y / times * width + x / times) as usize)));
+    }
+    let count = |cause: Cause| causes.iter().filter(|other| **other == Some(cause)).count();
+    let entries = Cause::ALL.map(|(cause, name, color)| (format!("{name} {}", count(cause)), color));
+    let seen: Vec<_> = entries.into_iter().zip(Cause::ALL).filter(|(_, (cause, ..))| count(*cause) > 0).collect();
+    let entries: Vec<_> = match seen.is_empty() {
+        true => vec![("nothing flips".to_owned(), [40; 3])],
+        false => seen.into_iter().map(|(entry, _)| entry).collect(),
+    };
+    let (below, strip) = legend(wide, &entries).map_err(StudyError::Chart)?;
+    codes.extend(strip);
+    Ok(encode_png(wide, high + below, &codes)?)
 }
+
+/// Maps of narrower pictures are enlarged, each pixel to a square.
+const LEAST_WIDTH: u32 = 960;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::description::{MaterialDesc, ObjectDesc, ShapeDesc};
     use crate::math::Rgb;
-    use crate::study::stability::scenes::{SKY, at, empty, matte, object, orthographic, point_light, v};
+    use crate::study::stability::scenes::{
+        ModelFile, SKY, at, bare, empty, matte, mesh, object, orthographic, point_light, v,
+    };
+    use crate::study::stability::triangles::icosphere;
 
     fn floor_under_a_lamp() -> SceneDesc {
         let mut desc = empty(40, 30, orthographic(v(0.0, 5.0, 3.0), DVec3::ZERO, 3.0));
@@ -248,5 +270,77 @@ mod tests {
         desc.objects = vec![ObjectDesc::new(ShapeDesc::Plane)];
         desc.objects[0].material = Some("thin".into());
         assert_eq!(count(&desc, "classic arithmetic", "total reflection"), 1200);
+    }
+
+    fn quiet_map(desc: &SceneDesc) -> Map {
+        map(desc, true, NonZeroUsize::MIN, &Console::new(&|| false, true)).unwrap()
+    }
+
+    /// How often a change, or all of them, flips pixels for a cause.
+    fn counted(map: &Map, change: Option<&str>, cause: &str) -> u64 {
+        let table = &map.report.tables[0];
+        let column = table.columns.iter().position(|name| name == cause).unwrap();
+        let rows = table.rows.iter().filter(|row| change.is_none_or(|change| row[0] == Cell::from(change)));
+        let counts = rows.map(|row| if let Cell::Whole(count) = row[column] { count } else { 0 });
+        counts.sum()
+    }
+
+    #[test]
+    fn two_faces_nearer_than_f32_can_tell_are_a_tie() {
+        // The upper one is green; in f32 both are as far, and the first in the file wins.
+        let mut desc = empty(40, 30, orthographic(v(0.0, 5.0, 0.0), DVec3::ZERO, 1.0));
+        desc.camera.up = DVec3::NEG_Z;
+        let flat = |name: &str, color| MaterialDesc { ambient: 1.0, color, ..matte(name) };
+        desc.materials = vec![flat("red", Rgb::new(1.0, 0.0, 0.0)), flat("green", Rgb::new(0.0, 1.0, 0.0))];
+        let quad = |material| object(ShapeDesc::Quad { size: glam::DVec2::splat(4.0) }, material);
+        desc.objects = vec![quad("red"), at(v(0.0, 1e-7, 0.0), quad("green"))];
+        let map = quiet_map(&desc);
+        assert_eq!(map.flipped, 0, "{}", map.report.text());
+        assert_eq!(counted(&map, Some("fast arithmetic"), "tie"), 1200, "{}", map.report.text());
+    }
+
+    #[test]
+    fn a_smooth_mesh_that_shadows_itself_is_told_as_terminator() {
+        // One ball throws its shadow on another one of the same mesh, so far from the origin that points in f32 are off by 0.02:
+        // the edge of the shadow moves.
+        let small = icosphere(2).into_iter().map(|t| t.map(|p| p * 0.4 + glam::Vec3::new(0.8, 1.0, 1.2)));
+        let model = ModelFile::new(&icosphere(2).into_iter().chain(small).collect::<Vec<_>>());
+        let place = v(2e5, -1e5, 3e5);
+        let mut desc = empty(40, 30, orthographic(place + v(0.0, 0.0, 5.0), place, 2.2));
+        desc.materials = vec![matte("balls")];
+        desc.objects = vec![at(place, mesh(model.path(), 180.0, "balls"))];
+        desc.lights = vec![point_light(place + v(3.0, 4.0, 6.0), 1.0, Falloff::None)];
+        let map = quiet_map(&desc);
+        assert_eq!(map.flipped, 0, "{}", map.report.text());
+        assert!(counted(&map, Some("fast arithmetic"), "terminator") > 5, "{}", map.report.text());
+        assert_eq!(counted(&map, None, "acne"), 0, "{}", map.report.text());
+    }
+
+    #[test]
+    fn a_path_that_weighs_just_enough_is_told_as_depth_cut() {
+        // Varnish on a ball under a white sky: what a pixel mirrors is followed from a weight of k_r F on. With k_r such that
+        // one pixel is right at it, some other arithmetic decides otherwise.
+        let mut desc = empty(12, 9, orthographic(v(0.0, 0.0, 5.0), DVec3::ZERO, 1.0));
+        desc.world.background = crate::description::Background::Solid(Rgb::WHITE);
+        desc.render.error = Some(8.0);
+        desc.objects = vec![object(ShapeDesc::Sphere { radius: 1.0 }, "varnish")];
+        let of = |reflect: f64| {
+            let varnish = MaterialDesc { fresnel: true, reflect, ior: 1.5, ..bare("varnish", Rgb::BLACK) };
+            SceneDesc { materials: vec![varnish], ..desc.clone() }
+        };
+        let effort = Effort { quick: true, threads: NonZeroUsize::MIN, go_on: &|_| true };
+        let is_cut = |reflect: f64| picture(&effort, &compile(&of(reflect), None).unwrap())[20].cut > 0.0;
+        let (mut cut, mut followed) = (1e-6f64, 0.9);
+        assert!(is_cut(cut) && !is_cut(followed));
+        while cut.next_up() < followed {
+            let middle = cut + (followed - cut) / 2.0;
+            if is_cut(middle) { cut = middle } else { followed = middle }
+        }
+        let maps = [cut, followed].map(|reflect| quiet_map(&of(reflect)));
+        let found: u64 = maps.iter().map(|map| counted(map, None, "depth cut")).sum();
+        assert!(found > 0, "{} {}", maps[0].report.text(), maps[1].report.text());
+        for (_, other, _) in Cause::ALL.iter().filter(|(cause, ..)| *cause != Cause::DepthCut) {
+            assert_eq!(maps.iter().map(|map| counted(map, None, other)).sum::<u64>(), 0, "{other}");
+        }
     }
 }

@@ -19,8 +19,10 @@ const EYES: [(&str, DVec3); 4] = [
 fn tank(side: u32, eye: DVec3, objects: &[ObjectDesc]) -> SceneDesc {
     let mut desc = empty(side * 4 / 3, side, perspective(eye, v(-0.1, 0.0, 0.0), 40.0));
     desc.world.background = SKY;
-    // Crossing a seam may cost a step of depth: enough for no path to notice.
-    desc.render.max_depth = 40;
+    // A seam between bodies costs a ray that crosses it a step of depth, and rays that start in the water are caught in the block
+    // for long: with 40 steps, 6 of 27,648 pixels ended black with the seam and not without, in any arithmetic. With the
+    // most that a scene may ask for, none does.
+    desc.render.max_depth = 64;
     let floor = MaterialDesc {
         ambient: 1.0,
         texture: checker([Rgb::WHITE, Rgb::new(0.1, 0.2, 0.5)], 0.5),

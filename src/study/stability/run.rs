@@ -63,8 +63,10 @@ pub fn run(
         let finding = match kept {
             Some(finding) => finding,
             None => {
-                let go_on =
-                    || console.step(done, chosen.len(), format_args!("{} {}", experiment.id, experiment.title)).is_ok();
+                let go_on = |part: f64| {
+                    let what = format_args!("{} {}, {:.0} % of a row", experiment.id, experiment.title, 100.0 * part);
+                    console.step(done, chosen.len(), what).is_ok()
+                };
                 let effort = Effort { quick: plan.quick, threads: plan.threads, go_on: &go_on };
                 let sweeps = (experiment.run)(&effort);
                 // What an interrupted experiment found is not kept.
@@ -115,6 +117,7 @@ fn report(plan: &Plan, experiment: &Experiment, finding: &Finding) -> Report {
     report.set("quick", plan.quick);
     report.set("oracle", experiment.oracle);
     report.summary = json!({ "holds": finding.holds(), "sweeps": finding.sweeps });
+    report.notes.extend(alike(finding).map(str::to_owned));
     let mut columns = vec!["measure", "axis", "difficulty", "trials"];
     columns.extend(PRESETS);
     columns.extend(["threshold", "holds"]);
@@ -133,10 +136,27 @@ fn report(plan: &Plan, experiment: &Experiment, finding: &Finding) -> Report {
             report.samples.push([&text[..], &numbers, &[row.holds().to_string().into()]].concat());
         }
         report.tables.push(table);
+        if !sweep.note.is_empty() {
+            report.notes.push(format!("{}: {}", sweep.measure, sweep.note));
+        }
         let ending = if index == 0 { String::new() } else { slug(&sweep.measure, index) };
         report.chart(ending, chart(experiment, sweep));
     }
     report
+}
+
+/// Why presets do not differ, where they do not.
+fn alike(finding: &Finding) -> Option<&'static str> {
+    let same =
+        |a: usize, b: usize| finding.sweeps.iter().flat_map(|s| &s.rows).all(|row| row.values[a] == row.values[b]);
+    match (same(0, 1), same(0, 2)) {
+        (true, true) => Some("all presets are alike here: they share this code, or none fails"),
+        (true, false) => Some(
+            "classic and fast are alike here: as presets of the renderer they share the school formulas of shapes in f32, and \
+             differ in triangles, offsets, shadow rays, refraction and highlights",
+        ),
+        _ => None,
+    }
 }
 
 /// What a file may be called after a measure.
@@ -149,14 +169,13 @@ fn slug(measure: &str, index: usize) -> String {
 /// All presets in one picture, double logarithmic, with the threshold of `robust`.
 fn chart(experiment: &Experiment, sweep: &Sweep) -> Chart {
     let line = |preset: usize| sweep.rows.iter().map(|row| Point::new(row.difficulty, row.values[preset])).collect();
-    // Presets of the same values share a line, so that none is hidden by another.
+    // A line each, always in the same colours; those of the same values are drawn over each other and say so.
     let mut series: Vec<Series> = Vec::new();
     for (preset, name) in PRESETS.into_iter().enumerate() {
         let data = Data::Line(line(preset));
-        match series.iter_mut().find(|other| other.data == data) {
-            Some(other) => other.name += &format!(", {name}"),
-            None => series.push(Series { name: name.into(), data }),
-        }
+        let same = series.iter().position(|other| other.data == data).map(|first| PRESETS[first]);
+        let name = same.map_or(name.to_owned(), |first| format!("{name} (as {first})"));
+        series.push(Series { name, data });
     }
     // Nothing of nothing is no line on logarithmic paper: the lower end of the chart is 0.
     let limits: Vec<f64> = sweep.rows.iter().filter_map(|row| row.threshold).filter(|&t| t > 0.0).collect();
@@ -173,7 +192,7 @@ fn chart(experiment: &Experiment, sweep: &Sweep) -> Chart {
     }
     Chart {
         title: format!("{} {}: {}", experiment.id, experiment.title, sweep.measure),
-        subtitle: format!("oracle: {}; hollow: none", experiment.oracle),
+        subtitle: format!("oracle: {}; hollow, at the lower end: 0", experiment.oracle),
         x: Axis::log(sweep.axis.as_str()),
         y: Axis::log(sweep.measure.as_str()),
         series,
@@ -222,6 +241,11 @@ mod tests {
         let mut untried = kept.clone();
         untried.sweeps[0].rows[0].trials = 0;
         assert!(!untried.holds());
+        // A reader is told why two lines of a chart are one.
+        assert_eq!(alike(&missed), None);
+        let mut shared = missed.clone();
+        shared.sweeps[0].rows.iter_mut().for_each(|row| row.values[1] = row.values[0]);
+        assert!(alike(&shared).is_some_and(|note| note.starts_with("classic and fast")));
         let text = summary(&[kept, missed]).to_string();
         assert!(text.contains("yes") && text.contains("NO") && text.contains("0/1"), "{text}");
     }

@@ -12,6 +12,9 @@ pub struct Sweep {
     pub axis: String,
     /// From easy to hard.
     pub rows: Vec<Row>,
+    /// What must be known to read it; may be empty.
+    #[serde(default)]
+    pub note: String,
 }
 
 /// The values of one difficulty.
@@ -52,7 +55,12 @@ impl Row {
 impl Sweep {
     /// A table of these rows.
     pub fn new(measure: &str, axis: &str, rows: Vec<Row>) -> Self {
-        Self { measure: measure.into(), axis: axis.into(), rows }
+        Self { measure: measure.into(), axis: axis.into(), rows, note: String::new() }
+    }
+
+    /// With a note below its table.
+    pub fn noted(self, note: impl Into<String>) -> Self {
+        Self { note: note.into(), ..self }
     }
 
     /// Whether `robust` keeps what is promised in every row.

@@ -86,8 +86,9 @@ pub struct Effort<'a> {
     pub quick: bool,
     /// Threads for trials.
     pub threads: NonZeroUsize,
-    /// Asked now and then, by the thread that calls, whether to go on. If not, what comes out means nothing.
-    pub go_on: &'a dyn Fn() -> bool,
+    /// Asked now and then, by the thread that calls, whether to go on; told which part of a row's trials is done. If not, what
+    /// comes out means nothing.
+    pub go_on: &'a dyn Fn(f64) -> bool,
 }
 
 /// Trials that one thread takes at a time, with a generator of their own.
@@ -109,7 +110,7 @@ impl Effort<'_> {
     ) -> [Tally; N] {
         let next = AtomicU64::new(0);
         let total = Mutex::new([Tally::default(); N]);
-        let work = |go_on: &dyn Fn() -> bool| {
+        let work = |go_on: &dyn Fn(f64) -> bool| {
             let mut tallies = [Tally::default(); N];
             loop {
                 let chunk = next.fetch_add(1, Ordering::Relaxed);
@@ -117,7 +118,7 @@ impl Effort<'_> {
                 if start >= count {
                     break;
                 }
-                if !go_on() {
+                if !go_on(start as f64 / count as f64) {
                     // So far that nobody finds another one.
                     next.store(u64::MAX / 2, Ordering::Relaxed);
                 }
@@ -134,7 +135,7 @@ impl Effort<'_> {
         };
         thread::scope(|scope| {
             for _ in 1..self.threads.get() {
-                scope.spawn(|| work(&|| true));
+                scope.spawn(|| work(&|_| true));
             }
             work(self.go_on);
         });
@@ -150,7 +151,7 @@ mod tests {
     fn the_tally_of_trials_does_not_depend_on_the_number_of_threads() {
         let run = |threads: usize| {
             let threads = NonZeroUsize::new(threads).unwrap();
-            let effort = Effort { quick: true, threads, go_on: &|| true };
+            let effort = Effort { quick: true, threads, go_on: &|_| true };
             effort.run(5, 10_000, |rng, [a, b]: &mut [Tally; 2]| {
                 let x = rng.unit();
                 a.judge([x < 0.5, x < 0.25, x < 0.1, false]);

@@ -64,6 +64,22 @@ impl App {
         self.scene.as_ref().map(|scene| scene.isa())
     }
 
+    /// The command that shows the rays of a pixel of this picture outside of the interface, safe to print.
+    pub fn explain_command(&self, (x, y): (u32, u32)) -> String {
+        let file = self.editor.file().map_or(String::new(), |file| format!("{} ", printable(&file.to_string_lossy())));
+        let (render, film) = (&self.desc().render, &self.film);
+        format!(
+            "glimt explain {file}--pixel {x},{y} --size {}x{} --samples {} --numerics {} --shading {} --shadows {} --max-depth {}",
+            film.width(),
+            film.height(),
+            render.samples,
+            render.numerics.name(),
+            render.shading.name(),
+            render.shadows.name(),
+            render.max_depth
+        )
+    }
+
     /// What is going on.
     pub fn activity(&self) -> Activity {
         self.activity
