@@ -138,26 +138,33 @@ fn every_instruction_set_returns_the_hit_of_brute_force_to_the_last_bit() {
     }
 }
 
+/// More than a million rays, adversarial ones among them.
 #[test]
 fn every_instruction_set_returns_the_hit_of_an_all_f64_traversal_in_large_trees() {
-    let mut rng = SplitMix64(32);
-    for (what, triangles, size) in [
-        ("soup", soup(20_000, &mut rng), 1.0),
+    let meshes = [
+        ("soup", soup(20_000, &mut SplitMix64(31)), 1.0),
         ("sphere", icosphere(5, 1.0), 1.0),
         ("large sphere", icosphere(4, 1e3), 1e3),
         ("small sphere", icosphere(4, 1e-6), 1e-6),
-    ] {
-        let reference = build(&triangles, Isa::Portable);
-        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
-        for i in 0..100_000 {
-            let ray = random_ray(&triangles, size, &mut rng);
-            let expected = bits(reference.intersect::<Reference>(&ray));
-            for (isa, tree) in &trees {
-                assert_eq!(bits(tree.intersect::<Robust>(&ray)), expected, "{what} {i} {} {ray:?}", isa.name());
-                assert_eq!(tree.occluded::<Robust>(&ray), expected.is_some(), "{what} {i} {} {ray:?}", isa.name());
-            }
+    ];
+    std::thread::scope(|threads| {
+        for (seed, (what, triangles, size)) in (32..).zip(&meshes) {
+            threads.spawn(move || {
+                let mut rng = SplitMix64(seed);
+                let reference = build(triangles, Isa::Portable);
+                let trees: Vec<_> = available().map(|isa| (isa, build(triangles, isa))).collect();
+                for i in 0..300_000 {
+                    let ray = random_ray(triangles, *size, &mut rng);
+                    let expected = bits(reference.intersect::<Reference>(&ray));
+                    for (isa, tree) in &trees {
+                        let what = || format!("{what} {i} {} {ray:?}", isa.name());
+                        assert_eq!(bits(tree.intersect::<Robust>(&ray)), expected, "{}", what());
+                        assert_eq!(tree.occluded::<Robust>(&ray), expected.is_some(), "{}", what());
+                    }
+                }
+            });
         }
-    }
+    });
 }
 
 #[test]

@@ -65,7 +65,7 @@ impl BoxTest for PaddedSlab {
 
     #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
-        SlabLanes::new(lanes, self.reciprocal, [self.near, self.far], self.t_min, Self::ENTRY_FACTOR)
+        SlabLanes::new(lanes, [self.near_reciprocal, self.near], [self.reciprocal, self.far], self.t_min)
     }
     #[inline(always)]
     fn entries<L: Lanes>(&self, lanes: L, p: &SlabLanes<L>, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {
@@ -78,7 +78,8 @@ impl BoxTest for PlainSlab {
 
     #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
-        SlabLanes::new(lanes, self.reciprocal, [self.offset; 2], self.t_min, 1.0)
+        let planes = [self.reciprocal, self.offset];
+        SlabLanes::new(lanes, planes, planes, self.t_min)
     }
     #[inline(always)]
     fn entries<L: Lanes>(&self, lanes: L, p: &SlabLanes<L>, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {

@@ -1,6 +1,6 @@
 //! The cone with its base of radius 1 at y = -1 and its apex at y = 1.
 
-use super::cylinder::{BOTTOM, SIDE, advance, cap_surface, cap_uv, nearest_f32};
+use super::cylinder::{BOTTOM, NearestF32, SIDE, advance, cap_surface, cap_uv};
 use super::interaction::SurfacePoint;
 use super::interval::Interval;
 use super::quadratic::{classic_roots_f32, roots};
@@ -53,19 +53,24 @@ pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
 }
 
 /// The school formula in f32: side and base on their own, nearest wins.
+#[inline(always)]
 pub(super) fn cone_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
     let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
     let (k2, ow, dw) = (0.25f32, 1.0 - o.y, -d.y);
-    let on_side = |t: f32| (0.0..=2.0).contains(&(ow + t * dw));
+    let on_side = |t: f32| (ow + t * dw >= 0.0) & (ow + t * dw <= 2.0);
     let on_base = |t: f32| (o.x + t * d.x).powi(2) + (o.z + t * d.z).powi(2) <= 1.0;
-    let side = classic_roots_f32(
+    let mut nearest = NearestF32::NONE;
+    if let Some([t0, t1]) = classic_roots_f32(
         d.x * d.x + d.z * d.z - k2 * dw * dw,
         o.x * d.x + o.z * d.z - k2 * ow * dw,
         o.x * o.x + o.z * o.z - k2 * ow * ow,
-    );
-    let sides = side.into_iter().flatten().filter(|&t| on_side(t)).map(|t| (t, SIDE));
-    let base = Some(((-1.0 - o.y) / d.y, BOTTOM)).into_iter().filter(|&(t, _)| on_base(t));
-    nearest_f32(ray, sides.chain(base))
+    ) {
+        nearest.offer(ray, t0, SIDE, on_side(t0));
+        nearest.offer(ray, t1, SIDE, on_side(t1));
+    }
+    let base = (-1.0 - o.y) / d.y;
+    nearest.offer(ray, base, BOTTOM, on_base(base));
+    nearest.hit()
 }
 
 /// The surface of face `face` near `p` (object space). The apex looks along the axis.

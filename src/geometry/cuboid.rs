@@ -16,6 +16,7 @@ pub fn cuboid_intersect(ray: &Ray) -> Option<(f64, u32)> {
 }
 
 /// The slab test with swapped planes in f32.
+#[inline(always)]
 pub(super) fn cuboid_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
     let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
     let (mut enter, mut exit) = (f32::NEG_INFINITY, f32::INFINITY);
@@ -34,11 +35,12 @@ pub(super) fn cuboid_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
         if t1 < exit {
             (exit, exit_face) = (t1, faces.1);
         }
-        if enter > exit {
-            return None;
-        }
     }
-    [(f64::from(enter), enter_face), (f64::from(exit), exit_face)].into_iter().find(|&(t, _)| ray.contains(t))
+    if enter > exit {
+        return None;
+    }
+    let (enter, exit) = (f64::from(enter), f64::from(exit));
+    if ray.contains(enter) { Some((enter, enter_face)) } else { ray.contains(exit).then_some((exit, exit_face)) }
 }
 
 /// Axis of a face, and on which side of it.

@@ -50,22 +50,45 @@ pub fn cylinder_intersect(ray: &Ray) -> Option<(f64, u32)> {
 }
 
 /// The school formula in f32: side and caps on their own, nearest wins.
+#[inline(always)]
 pub(super) fn cylinder_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
     let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
     let on_side = |t: f32| (o.y + t * d.y).abs() <= 1.0;
     let on_cap = |t: f32| (o.x + t * d.x).powi(2) + (o.z + t * d.z).powi(2) <= 1.0;
-    let side = classic_roots_f32(d.x * d.x + d.z * d.z, o.x * d.x + o.z * d.z, o.x * o.x + o.z * o.z - 1.0);
-    let sides = side.into_iter().flatten().filter(|&t| on_side(t)).map(|t| (t, SIDE));
-    let caps = [((-1.0 - o.y) / d.y, BOTTOM), ((1.0 - o.y) / d.y, TOP)].into_iter().filter(|&(t, _)| on_cap(t));
-    nearest_f32(ray, sides.chain(caps))
+    let mut nearest = NearestF32::NONE;
+    if let Some([t0, t1]) = classic_roots_f32(d.x * d.x + d.z * d.z, o.x * d.x + o.z * d.z, o.x * o.x + o.z * o.z - 1.0)
+    {
+        nearest.offer(ray, t0, SIDE, on_side(t0));
+        nearest.offer(ray, t1, SIDE, on_side(t1));
+    }
+    let (bottom, top) = ((-1.0 - o.y) / d.y, (1.0 - o.y) / d.y);
+    nearest.offer(ray, bottom, BOTTOM, on_cap(bottom));
+    nearest.offer(ray, top, TOP, on_cap(top));
+    nearest.hit()
 }
 
-/// The nearest candidate on the ray.
-pub(super) fn nearest_f32(ray: &Ray, candidates: impl Iterator<Item = (f32, u32)>) -> Option<(f64, u32)> {
-    candidates
-        .map(|(t, face)| (f64::from(t), face))
-        .filter(|&(t, _)| ray.contains(t))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
+/// The nearest candidate on a ray, found without branches, so that loops over rays become vector code.
+#[derive(Clone, Copy)]
+pub(super) struct NearestF32 {
+    t: f64,
+    face: u32,
+}
+
+impl NearestF32 {
+    pub const NONE: Self = Self { t: f64::INFINITY, face: 0 };
+
+    /// Takes a candidate if it is `valid`, on the ray and nearer.
+    #[inline(always)]
+    pub fn offer(&mut self, ray: &Ray, t: f32, face: u32, valid: bool) {
+        let t = f64::from(t);
+        let nearer = valid & (t > ray.t_min) & (t <= ray.t_max) & (t < self.t);
+        (self.t, self.face) = if nearer { (t, face) } else { (self.t, self.face) };
+    }
+
+    #[inline(always)]
+    pub fn hit(self) -> Option<(f64, u32)> {
+        (self.t < f64::INFINITY).then_some((self.t, self.face))
+    }
 }
 
 /// The surface of face `face` near `p` (object space).

@@ -36,25 +36,6 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: interpolates the shading
-    /// normal and lifts the shadow point. `u`, `v`: weights of the second and third corner.
-    pub fn smooth(&mut self, corners: [DVec3; 3], normals: [DVec3; 3], u: f64, v: f64) {
-        let weights = [1.0 - u - v, u, v];
-        let mut normal = DVec3::ZERO;
-        let mut lift = DVec3::ZERO;
-        // The side that the ray comes from is the one that is lit.
-        let side = if self.entering { 1.0 } else { -1.0 };
-        for k in 0..3 {
-            let n = normals[k] * side;
-            normal += normals[k] * weights[k];
-            // How far the point lies below the tangent plane of this corner.
-            let below = (self.point - corners[k]).dot(n).min(0.0);
-            lift -= n * (below * weights[k]);
-        }
-        self.shading_normal = normal.normalize_or(self.geometric_normal);
-        self.shadow_point = self.point + lift;
-    }
-
     /// A ray that leaves the surface in this unit direction, started off the surface by its error bound, on the side that it
     /// goes to. The only maker of reflected and refracted rays.
     pub fn spawn_ray<K: Kernels>(&self, direction: DVec3) -> Ray {
@@ -68,6 +49,30 @@ impl SurfaceInteraction {
         let side = if self.entering { 1.0 } else { -1.0 };
         ShadowStart(self.shadow_point + self.geometric_normal * (side * self.point_error))
     }
+}
+
+/// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: the shading normal at a point, and
+/// the point lifted for shadow rays. `weights` of the corners there; `entering`: into the body.
+pub fn smooth(
+    point: DVec3,
+    geometric_normal: DVec3,
+    entering: bool,
+    corners: [DVec3; 3],
+    normals: [DVec3; 3],
+    weights: [f64; 3],
+) -> (DVec3, DVec3) {
+    let mut normal = DVec3::ZERO;
+    let mut lift = DVec3::ZERO;
+    // The side that the ray comes from is the one that is lit.
+    let side = if entering { 1.0 } else { -1.0 };
+    for k in 0..3 {
+        let n = normals[k] * side;
+        normal += normals[k] * weights[k];
+        // How far the point lies below the tangent plane of this corner.
+        let below = (point - corners[k]).dot(n).min(0.0);
+        lift -= n * (below * weights[k]);
+    }
+    (normal.normalize_or(geometric_normal), point + lift)
 }
 
 /// Where the shadow rays of a surface start, whatever light they go to: the only maker of shadow rays.

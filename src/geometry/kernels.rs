@@ -94,26 +94,32 @@ pub struct Fast;
 /// The kernels in f32 that [`Fast`] and [`Classic`] share.
 macro_rules! single_precision_shapes {
     () => {
+        #[inline(always)]
         fn sphere(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
             sphere::sphere_intersect_f32(ray, centre, radius)
         }
 
+        #[inline(always)]
         fn cuboid(ray: &Ray) -> Option<(f64, u32)> {
             cuboid::cuboid_intersect_f32(ray)
         }
 
+        #[inline(always)]
         fn cylinder(ray: &Ray) -> Option<(f64, u32)> {
             cylinder::cylinder_intersect_f32(ray)
         }
 
+        #[inline(always)]
         fn cone(ray: &Ray) -> Option<(f64, u32)> {
             cone::cone_intersect_f32(ray)
         }
 
+        #[inline(always)]
         fn plane(ray: &Ray) -> Option<f64> {
             plane::plane_intersect_f32(ray)
         }
 
+        #[inline(always)]
         fn quad(ray: &Ray) -> Option<f64> {
             plane::quad_intersect_f32(ray)
         }

@@ -20,12 +20,14 @@ pub fn quad_intersect(ray: &Ray) -> Option<f64> {
 }
 
 /// The hit with the plane in f32.
+#[inline(always)]
 pub(super) fn plane_intersect_f32(ray: &Ray) -> Option<f64> {
     let t = f64::from(-(ray.origin.y as f32) / (ray.direction.y as f32));
     if ray.contains(t) { Some(t) } else { None }
 }
 
 /// The hit with the quad in f32.
+#[inline(always)]
 pub(super) fn quad_intersect_f32(ray: &Ray) -> Option<f64> {
     let t = plane_intersect_f32(ray)?;
     let inside = |o: f64, d: f64| (o as f32 + t as f32 * d as f32).abs() <= 1.0;

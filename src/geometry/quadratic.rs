@@ -13,6 +13,7 @@ pub(super) fn roots(a: f64, b: f64, c: f64, sqrt_disc: f64) -> (f64, f64) {
 }
 
 /// The school formula in f32: both roots, or `None`.
+#[inline(always)]
 pub(super) fn classic_roots_f32(a: f32, b: f32, c: f32) -> Option<[f32; 2]> {
     let disc = b * b - a * c;
     if disc < 0.0 {

@@ -34,11 +34,12 @@ pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
 }
 
 /// The school formula in f32.
+#[inline(always)]
 pub(super) fn sphere_intersect_f32(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
     let (o, d): (Vec3, Vec3) = ((ray.origin.as_vec3() - centre.as_vec3()), ray.direction.as_vec3());
     let r = radius as f32;
-    let roots = classic_roots_f32(d.dot(d), o.dot(d), o.dot(o) - r * r)?;
-    roots.into_iter().map(f64::from).find(|&t| ray.contains(t))
+    let [near, far] = classic_roots_f32(d.dot(d), o.dot(d), o.dot(o) - r * r)?.map(f64::from);
+    if ray.contains(near) { Some(near) } else { ray.contains(far).then_some(far) }
 }
 
 /// The surface of the unit sphere near `p` (object space).

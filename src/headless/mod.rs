@@ -69,7 +69,7 @@ pub fn render(
     scene: Arc<Scene>,
     view: View,
     settings: Settings,
-    time: Option<Duration>,
+    limit: Option<Duration>,
     quiet: bool,
 ) -> Result<Rendered, Unfinished> {
     let signals = Signals::listen().map_err(Unfinished::Signals)?;
@@ -88,12 +88,13 @@ pub fn render(
         Some(probe) => start_probe(scene, probe, settings),
         None => start(scene, settings),
     };
-    if let Some(time) = time {
-        progress.set_time_limit(time);
-        handle.finish_by(begun + time);
+    if let Some(limit) = limit {
+        progress.set_time_limit(limit);
+        handle.finish_by(begun + limit);
     }
+    let mut time = Duration::ZERO;
     loop {
-        let event = handle.events().recv_timeout(PATIENCE);
+        let event = handle.next_event(PATIENCE);
         let now = Instant::now();
         if let Some(number) = signals.caught() {
             meter.end();
@@ -103,8 +104,9 @@ pub fn render(
             Ok(event) => {
                 progress.update(&event, now);
                 match event {
-                    RenderEvent::TileFinished { tile, .. } => {
+                    RenderEvent::TileFinished { tile, stats, .. } => {
                         film.write(&tile);
+                        time = time.max(stats.done);
                         if let Some(layers) = &mut layers {
                             layers.write(&tile);
                         }
@@ -127,7 +129,6 @@ pub fn render(
         meter.show(&progress, now);
     }
     meter.end();
-    let time = begun.elapsed();
     let values = layers.and_then(|layers| layers.values(view)).unwrap_or(film);
     let (film, scale) = match view {
         View::Final => (values, None),

@@ -69,6 +69,8 @@ pub struct TileStats {
     pub overfull: u64,
     /// Time spent tracing.
     pub busy: Duration,
+    /// When it was done, since the start of the render.
+    pub done: Duration,
     /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as
     /// nothing can be said.
     pub squared_error: Option<ErrorChange>,

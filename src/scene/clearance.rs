@@ -24,7 +24,7 @@ impl Geometry {
         let pad = Vec3::splat(clearance as f32);
         let around = Aabb { lower: bounds.lower - pad, upper: bounds.upper + pad };
         self.tree.overlapping(&around, |block| {
-            let other = self.bounded[block as usize];
+            let other = self.leaves[block as usize].object;
             if other != index
                 && let Some(other) = self.objects[other as usize].bounds()
             {

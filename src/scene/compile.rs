@@ -1,5 +1,6 @@
 //! Description to scene.
 
+use super::leaf::Leaf;
 use super::object::canonical_scale;
 use super::texture::Source;
 use super::{
@@ -155,8 +156,11 @@ fn compile_with(
         object_materials,
         assets,
         eye_media: MediumStack::default(),
+        transmitting: Vec::new(),
     };
     if scene.has_media {
+        let objects = 0..scene.objects().len() as u32;
+        scene.transmitting = objects.map(|object| scene.transmits(object)).collect();
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
@@ -320,7 +324,8 @@ impl Geometry {
             }
         }
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
-        let bounded = slots.iter().map(|&at| of_box[at as usize]).collect();
+        let leaf = |index: u32| Leaf::new(index, &objects[index as usize]);
+        let leaves = slots.iter().map(|&at| leaf(of_box[at as usize])).collect();
         let spheres = objects.iter().map(Object::bounding_sphere).collect();
         let stats = tree.stats();
         Ok(Self {
@@ -328,7 +333,7 @@ impl Geometry {
             objects,
             tree,
             stats,
-            bounded,
+            leaves,
             unbounded,
             spheres,
             clearances: OnceLock::new(),

@@ -3,10 +3,9 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use crate::bvh::Task;
-use crate::geometry::{
-    Hit, Ray, cone_intersect, cuboid_intersect, cylinder_intersect, plane_intersect, quad_intersect, sphere_intersect,
-};
+use crate::geometry::{Hit, Kernels, Ray};
 use glam::{DAffine3, DVec3};
+use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Rays that are traced together at most.
@@ -68,18 +67,24 @@ impl Task for Pass {
     #[inline(always)]
     fn run(self, front: &Front, near: &mut [u8; CAPACITY]) {
         let Pass { count, centre, radius, error } = self;
-        let (square, error2) = (radius * radius, error * error);
         for i in 0..count.min(CAPACITY) {
-            let Ray { origin, direction, t_max, .. } = front.ray(i);
-            let f = origin - centre;
-            let (n, f2, d2) = (f.cross(direction), f.length_squared(), direction.length_squared());
-            // The last term covers the rounding of the cross product and of the object's own test, the factor all others.
-            let reach2 = (square + error2 * f2) * 1.0001;
-            let past = (f.dot(direction) > 0.0) & (f2 > reach2);
-            // NaN passes.
-            near[i] = u8::from(!((n.length_squared() > reach2 * d2) | past | (t_max == DONE)));
+            let ray = front.ray(i);
+            near[i] = u8::from(passes(&ray, centre, radius, error) & (ray.t_max != DONE));
         }
     }
+}
+
+/// Whether a ray may meet an object: it passes the bounding sphere and has not gone by it. `error`: relative error of the
+/// object's own test.
+#[inline(always)]
+pub(super) fn passes(ray: &Ray, centre: DVec3, radius: f64, error: f64) -> bool {
+    let f = ray.origin - centre;
+    let (n, f2, d2) = (f.cross(ray.direction), f.length_squared(), ray.direction.length_squared());
+    // The last term covers the rounding of the cross product and of the object's own test, the factor all others.
+    let reach2 = (radius * radius + error * error * f2) * 1.0001;
+    let past = (f.dot(ray.direction) > 0.0) & (f2 > reach2);
+    // NaN passes.
+    !((n.length_squared() > reach2 * d2) | past)
 }
 
 /// Tasks that find where rays meet a shape. One a shape, so that each is a loop of its own: the compiler left one with all shapes
@@ -88,19 +93,20 @@ impl Task for Pass {
 macro_rules! tasks {
     ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty),* } |$ray:ident| $test:expr;)*) => {$(
         $(#[$doc])*
-        pub(super) struct $name {
+        pub(super) struct $name<K> {
             pub range: Range<usize>,
-            $(pub $field: $type),*
+            $(pub $field: $type,)*
+            pub kernels: PhantomData<K>,
         }
 
-        impl Task for $name {
+        impl<K: Kernels> Task for $name<K> {
             type Input = Front;
             type Output = Met;
 
             #[inline(always)]
             #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default)] // `Option::map` and the like are not inlined always.
             fn run(self, front: &Front, met: &mut Met) {
-                let $name { range, $($field),* } = self;
+                let $name { range, $($field,)* kernels: _ } = self;
                 for i in range.start..range.end.min(CAPACITY) {
                     let $ray = front.ray(i);
                     (met.t[i], met.primitive[i]) = match $test {
@@ -125,19 +131,19 @@ macro_rules! whole {
 
 tasks! {
     /// Balls, met in world space.
-    Balls { centre: DVec3, radius: f64 } |ray| whole!(sphere_intersect(&ray, centre, radius));
+    Balls { centre: DVec3, radius: f64 } |ray| whole!(K::sphere(&ray, centre, radius));
     /// Other spheres.
-    Ellipsoids { inverse: DAffine3 } |ray| whole!(sphere_intersect(&ray.transformed(&inverse), DVec3::ZERO, 1.0));
+    Ellipsoids { inverse: DAffine3 } |ray| whole!(K::sphere(&ray.transformed(&inverse), DVec3::ZERO, 1.0));
     /// Cuboids.
-    Cuboids { inverse: DAffine3 } |ray| cuboid_intersect(&ray.transformed(&inverse));
+    Cuboids { inverse: DAffine3 } |ray| K::cuboid(&ray.transformed(&inverse));
     /// Cylinders.
-    Cylinders { inverse: DAffine3 } |ray| cylinder_intersect(&ray.transformed(&inverse));
+    Cylinders { inverse: DAffine3 } |ray| K::cylinder(&ray.transformed(&inverse));
     /// Cones.
-    Cones { inverse: DAffine3 } |ray| cone_intersect(&ray.transformed(&inverse));
+    Cones { inverse: DAffine3 } |ray| K::cone(&ray.transformed(&inverse));
     /// Planes.
-    Planes { inverse: DAffine3 } |ray| whole!(plane_intersect(&ray.transformed(&inverse)));
+    Planes { inverse: DAffine3 } |ray| whole!(K::plane(&ray.transformed(&inverse)));
     /// Quads.
-    Quads { inverse: DAffine3 } |ray| whole!(quad_intersect(&ray.transformed(&inverse)));
+    Quads { inverse: DAffine3 } |ray| whole!(K::quad(&ray.transformed(&inverse)));
 }
 
 /// Takes the hits with an object that are the best so far; if any will do, ends the rays that have one.

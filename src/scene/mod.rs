@@ -5,6 +5,7 @@ mod camera;
 mod clearance;
 mod compile;
 mod front;
+mod leaf;
 mod light;
 mod material;
 mod media;
@@ -24,7 +25,7 @@ pub use material::Material;
 pub use media::{MOST_BODIES, MediumStack};
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
-pub use packet::PacketScratch;
+pub use packet::{PacketScratch, Way};
 pub use pick::Pick;
 pub use summary::{Imported, Summary};
 pub use texture::Texture;
@@ -33,7 +34,9 @@ use crate::assets::Image;
 use crate::bvh::{Bvh, BvhStats, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
+
 use glam::DVec3;
+use leaf::Leaf;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -71,6 +74,8 @@ pub struct Scene {
     /// Media around the eye of a perspective camera.
     eye_media: MediumStack,
     has_media: bool,
+    /// Whether light may get through an object somewhere, for each; empty if it does through none.
+    transmitting: Vec<bool>,
 }
 
 /// The objects and the tree over them: what only moving, adding or removing objects changes.
@@ -82,8 +87,8 @@ struct Geometry {
     /// Objects with a box, in leaf order.
     tree: Bvh,
     stats: BvhStats,
-    /// Index of each position of the tree.
-    bounded: Vec<u32>,
+    /// What is at each position of the tree.
+    leaves: Vec<Leaf>,
     /// Planes.
     unbounded: Vec<u32>,
     /// How far each object is from all others, where that matters.
@@ -139,6 +144,11 @@ impl Scene {
 
     /// Whether light may get through an object somewhere.
     fn may_transmit(&self, object: u32) -> bool {
+        self.transmitting.get(object as usize).is_some_and(|transmitting| *transmitting)
+    }
+
+    /// Finds it out.
+    fn transmits(&self, object: u32) -> bool {
         let object = &self.geometry.objects[object as usize];
         let transmits = |index: u32| self.materials[index as usize].transmit > 0.0;
         match (self.object_materials[object.source as usize], &object.shape) {

@@ -11,6 +11,7 @@ use super::front::{
 use super::{Mesh, Object, Scene, Shape};
 use crate::bvh::{Bvh, PACKET, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
+use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Rays that are met or passed over together.
@@ -23,6 +24,19 @@ const FEW: usize = 8;
 #[derive(Debug, Default)]
 pub struct PacketScratch {
     room: Option<Box<Packet>>,
+}
+
+/// What is in the way of a shadow ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Nothing.
+    Clear,
+    /// Something opaque.
+    Blocked,
+    /// Nothing opaque, but something that may let light through.
+    Glass,
+    /// Not known.
+    Unknown,
 }
 
 #[derive(Debug)]
@@ -129,16 +143,16 @@ impl Packet {
 }
 
 /// Finds where a range of rays meets an analytic shape.
-fn meet_shape(tree: &Bvh, object: &Object, range: Range<usize>, front: &Front, met: &mut Met) {
-    let inverse = object.map.inverse;
+fn meet_shape<K: TreeKernels>(tree: &Bvh, object: &Object, range: Range<usize>, front: &Front, met: &mut Met) {
+    let (inverse, kernels) = (object.map.inverse, PhantomData::<K>);
     match object.shape {
-        Shape::Ball { centre, radius } => tree.run(Balls { range, centre, radius }, front, met),
-        Shape::Ellipsoid => tree.run(Ellipsoids { range, inverse }, front, met),
-        Shape::Cuboid => tree.run(Cuboids { range, inverse }, front, met),
-        Shape::Cylinder => tree.run(Cylinders { range, inverse }, front, met),
-        Shape::Cone => tree.run(Cones { range, inverse }, front, met),
-        Shape::Plane => tree.run(Planes { range, inverse }, front, met),
-        Shape::Quad => tree.run(Quads { range, inverse }, front, met),
+        Shape::Ball { centre, radius } => tree.run(Balls { range, centre, radius, kernels }, front, met),
+        Shape::Ellipsoid => tree.run(Ellipsoids { range, inverse, kernels }, front, met),
+        Shape::Cuboid => tree.run(Cuboids { range, inverse, kernels }, front, met),
+        Shape::Cylinder => tree.run(Cylinders { range, inverse, kernels }, front, met),
+        Shape::Cone => tree.run(Cones { range, inverse, kernels }, front, met),
+        Shape::Plane => tree.run(Planes { range, inverse, kernels }, front, met),
+        Shape::Quad => tree.run(Quads { range, inverse, kernels }, front, met),
         Shape::Mesh(_) => unreachable!("meshes are met ray by ray"),
     }
 }
@@ -169,7 +183,7 @@ impl Scene {
         hits: &mut [Option<Hit>],
         scratch: &mut PacketScratch,
     ) {
-        if !self.is_simple::<K>() {
+        if !self.is_simple() {
             for (ray, hit) in rays.iter().zip(hits) {
                 *hit = self.intersect::<K>(ray);
             }
@@ -189,9 +203,10 @@ impl Scene {
 
     /// For each ray what [`Scene::occluded`] gives.
     pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut PacketScratch) {
-        if !self.is_simple::<K>() {
+        if !self.is_simple() {
+            let mut last = None;
             for (ray, occluded) in rays.iter().zip(occluded) {
-                *occluded = self.occluded::<K>(ray);
+                *occluded = self.occluded_again::<K>(ray, &mut last);
             }
             return;
         }
@@ -207,9 +222,48 @@ impl Scene {
         }
     }
 
-    /// Whether asking one object after the other is quicker than the tree, and finds the same.
-    pub(super) fn is_simple<K: TreeKernels>(&self) -> bool {
-        K::CONSERVATIVE && self.geometry.objects.len() <= FEW
+    /// Whether a ray meets anything, asked first of the object that was last in the way of one like it. Where what is found depends
+    /// on the way through the tree, that would change the answer.
+    fn occluded_again<K: TreeKernels>(&self, ray: &Ray, last: &mut Option<u32>) -> bool {
+        let again = |index: u32| K::CONSERVATIVE && self.objects()[index as usize].is_occluded_quickly::<K>(ray);
+        if last.is_some_and(again) {
+            return true;
+        }
+        let occluder = self.occluder::<K>(ray);
+        *last = occluder.or(*last);
+        occluder.is_some()
+    }
+
+    /// For each ray what is in its way, as far as can be told without following it through glass.
+    pub fn look_along_packet<K: TreeKernels>(&self, rays: &[Ray], ways: &mut [Way], scratch: &mut PacketScratch) {
+        if !self.is_simple() {
+            ways.fill(Way::Unknown);
+            return;
+        }
+        let packet = scratch.room.get_or_insert_with(Packet::new);
+        for (rays, ways) in rays.chunks(CAPACITY).zip(ways.chunks_mut(CAPACITY)) {
+            let count = packet.load(rays);
+            // What ends a ray for good comes first.
+            for transparent in [false, true] {
+                for (index, object) in (0..).zip(self.objects()) {
+                    if self.may_transmit(index) == transparent {
+                        self.meet::<K, true>(packet, count, index, object);
+                    }
+                }
+            }
+            for (way, &met) in ways.iter_mut().zip(&packet.front.object) {
+                *way = match met {
+                    u32::MAX => Way::Clear,
+                    object if self.may_transmit(object) => Way::Glass,
+                    _ => Way::Blocked,
+                };
+            }
+        }
+    }
+
+    /// Whether all objects are asked one after the other, with no tree: quicker for few.
+    pub(super) fn is_simple(&self) -> bool {
+        self.geometry.objects.len() <= FEW
     }
 
     /// Meets a packet with one object.
@@ -232,7 +286,13 @@ impl Scene {
             return packet.meet_mesh::<K, ANY_HIT>(count, index, object, mesh);
         }
         runs(&near[..count], |range| {
-            meet_shape(tree, object, range.clone(), front, met);
+            meet_shape::<K>(tree, object, range.clone(), front, met);
+            if !K::CONSERVATIVE {
+                // A ray alone is not asked where it passes by, and the shape might say yes all the same.
+                for i in range.clone().filter(|&i| near[i] == 0) {
+                    met.t[i] = f64::NAN;
+                }
+            }
             tree.run(Keep::<ANY_HIT> { range, object: index }, met, front);
         });
     }

@@ -82,16 +82,16 @@ fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
     texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
 }
 
-/// Texel index `i` brought into `0..n`.
+/// Texel index `i` of the first two periods, or one beside them, brought into `0..n`.
 fn wrapped(i: i64, n: u32, wrap: Wrap) -> usize {
     let n = i64::from(n);
+    debug_assert!(wrap == Wrap::Clamp || (-1..=2 * n).contains(&i));
+    // In 0..2n, without a division: four of them a lookup would cost more than the rest of it.
+    let m = if i < 0 { i + 2 * n } else { i - if i < 2 * n { 0 } else { 2 * n } };
     let index = match wrap {
-        Wrap::Repeat => i.rem_euclid(n),
+        Wrap::Repeat => m - if m < n { 0 } else { n },
         Wrap::Clamp => i.clamp(0, n - 1),
-        Wrap::Mirror => {
-            let m = i.rem_euclid(2 * n);
-            if m < n { m } else { 2 * n - 1 - m }
-        }
+        Wrap::Mirror => m.min(2 * n - 1 - m),
     };
     index as usize
 }

@@ -1,6 +1,6 @@
 //! How much of the hierarchies a ray looks at.
 
-use super::traverse::Closest;
+use super::leaf::Closest;
 use super::{Scene, Shape};
 use crate::bvh::{Counted, Lanes, LeafVisitor, TreeKernels};
 use crate::geometry::{Hit, Ray};
@@ -24,7 +24,7 @@ impl<'a, K: TreeKernels, const ANY: bool> LeafVisitor for Follow<'a, K, ANY> {
 
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
-        let index = self.scene.geometry.bounded[block as usize];
+        let index = self.scene.geometry.leaves[block as usize].object;
         let object = &self.scene.objects()[index as usize];
         let ray = Ray { t_max: *t_max, ..self.closest.ray };
         if let Shape::Mesh(mesh) = &object.shape {

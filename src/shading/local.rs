@@ -8,7 +8,7 @@ use crate::bvh::TreeKernels;
 use crate::description::Shadows;
 use crate::geometry::{Hit, Ray};
 use crate::math::Rgb;
-use crate::scene::{Light, MediumStack, PacketScratch, Scene};
+use crate::scene::{Light, MediumStack, PacketScratch, Scene, Way};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Adds k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s to the sums of a packet, light after light. Returns how many
@@ -95,29 +95,31 @@ impl Lighting {
         packets: &mut PacketScratch,
         stop: &AtomicBool,
     ) {
-        self.occluded.clear();
-        self.occluded.resize(self.shadow_rays.len(), true);
-        // From inside of a body all rays meet something.
-        if media.iter().filter(|media| media.is_empty()).count() >= media.len() / 2 {
-            scene.occluded_packet::<K>(&self.shadow_rays, &mut self.occluded, packets);
-        }
-        for ((beam, ray), _) in
-            self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.occluded).filter(|(_, occluded)| **occluded)
-        {
+        self.ways.resize(self.shadow_rays.len(), Way::Unknown);
+        scene.look_along_packet::<K>(&self.shadow_rays, &mut self.ways, packets);
+        for ((beam, ray), way) in self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.ways) {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            let surface = &self.surfaces[beam.surface as usize];
-            beam.part = transmittance::<K>(scene, *ray, media[surface.index as usize], &mut self.glass);
+            let media = media[self.surfaces[beam.surface as usize].index as usize];
+            let hits = &mut self.glass;
+            beam.part = match way {
+                Way::Clear => 1.0,
+                Way::Blocked => 0.0,
+                Way::Glass => {
+                    scene.glass_along::<K>(ray, hits);
+                    transmittance::<K>(scene, *ray, media, hits)
+                }
+                Way::Unknown if scene.blocked::<K>(ray, hits) => 0.0,
+                Way::Unknown => transmittance::<K>(scene, *ray, media, hits),
+            };
         }
     }
 }
 
-/// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: room.
+/// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: the
+/// first with each object that may let light through; the others are not in the way.
 fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
-    if scene.blocked::<K>(&ray, hits) {
-        return 0.0;
-    }
     let mut part = 1.0;
     while part > 0.0 {
         let Some(&hit) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };

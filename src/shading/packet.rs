@@ -2,7 +2,7 @@
 
 use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
-use crate::scene::{MediumStack, PacketScratch};
+use crate::scene::{MediumStack, PacketScratch, Way};
 use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
@@ -60,6 +60,8 @@ pub(super) struct Lighting {
     /// Toward it, one a beam.
     pub shadow_rays: Vec<Ray>,
     pub occluded: Vec<bool>,
+    /// As far as glass lets light through.
+    pub ways: Vec<Way>,
     /// With transparent objects along a shadow ray.
     pub glass: Vec<Hit>,
 }

@@ -150,7 +150,7 @@ pub fn accuracy(desc: &SceneDesc, sweep: &Sweep, cache: &Path, console: &Console
     for sampling in candidates.into_iter().flatten() {
         console.step(0, 0, format_args!("the most accurate: {}", sampling.name()))?;
         let setting = Setting { sampling, ..own };
-        probes.push(render(&scene_of(&setting)?, Settings::default(), console, |_, _| {})?.film);
+        probes.push(render(&scene_of(&setting)?, Settings::default(), console, |_| {})?.film);
     }
     // Nothing that is measured may be more exact than the reference.
     let deepest = sweep.depths.iter().copied().fold(own.max_depth, u32::max);
@@ -162,7 +162,7 @@ pub fn accuracy(desc: &SceneDesc, sweep: &Sweep, cache: &Path, console: &Console
     let runs = plan.measure(&SystemClock::default(), |index| {
         console.step(done, total, settings[index].name())?;
         done += 1;
-        let trial = render(&scene_of(&settings[index])?, Settings::default(), console, |_, _| {})?;
+        let trial = render(&scene_of(&settings[index])?, Settings::default(), console, |_| {})?;
         if errors[index].is_none() {
             // Pictures are the same in every round.
             errors[index] = difference(&trial.film, &reference.film).map(|error| (error, trial.progress.rays.total()));

@@ -1,5 +1,6 @@
 //! How fast rays are traced and trees are built, and beside every speed how wrong it is.
 
+use super::chart::{Axis, Chart, Data, Point, Series};
 use super::{Cell, Clock, Console, Plan, Report, Stats, StudyError, Table, Timed};
 use crate::bvh::{Isa, TreeKernels, Triangles};
 use crate::description::{Numerics, SceneDesc};
@@ -270,6 +271,7 @@ fn tell_rays(report: &mut Report, scenes: &[Scene], sets: &[RaySet], measured: &
     let columns = ["rays", "numerics", "mode", "isa", "Mrays/s", "±", "best", "ns a ray", "other hits", "largest dt/t"];
     let mut table = Table::new("Rays a second", &columns);
     let mut summary = Vec::new();
+    let mut series: Vec<(String, Vec<Point>)> = Vec::new();
     for Measured { setting, runs, wrong } in measured {
         let set = &sets[setting.set];
         let (kind, numerics, isa) = (set.kind, setting.numerics.name(), scenes[setting.isa].isa().name());
@@ -304,12 +306,31 @@ fn tell_rays(report: &mut Report, scenes: &[Scene], sets: &[RaySet], measured: &
             wrong.distance.into(),
         ];
         table.push(row);
+        let name = match scenes {
+            [_] => format!("{numerics}, {mode}"),
+            _ => format!("{numerics}, {mode}, {isa}"),
+        };
+        let at = series.iter().position(|(known, _)| *known == name).unwrap_or_else(|| {
+            series.push((name, Vec::new()));
+            series.len() - 1
+        });
+        let spread = Some((rate.lower_quartile / 1e6, rate.upper_quartile / 1e6));
+        series[at].1.push(Point { x: setting.set as f64, y: rate.median / 1e6, spread });
         summary.push(json!({
             "kind": kind, "numerics": numerics, "mode": mode, "isa": isa, "rays": count, "rays_per_second": rate,
             "other_hits": wrong.other, "largest_relative_t_difference": wrong.distance,
         }));
     }
     report.tables.push(table);
+    let chart = Chart {
+        title: "Rays a second, by kind".into(),
+        subtitle: "One thread; median, bars from quartile to quartile".into(),
+        x: Axis::names("rays", sets.iter().map(|set| set.kind.to_owned()).collect()),
+        y: Axis::linear("million rays a second"),
+        series: series.into_iter().map(|(name, points)| Series { name, data: Data::Columns(points) }).collect(),
+        limits: Vec::new(),
+    };
+    report.chart("", chart);
     report.summary = json!({ "rays": summary, "build": [] });
 }
 

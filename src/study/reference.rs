@@ -59,7 +59,7 @@ pub(super) fn reference(
         let mut half = Film::new(scene.width, scene.height);
         let mut told = Ok(());
         let mut tiles = 0;
-        let trial = render(&scene, Settings::default(), console, |event, _| {
+        let trial = render(&scene, Settings::default(), console, |event| {
             if let RenderEvent::TileFinished { tile, pass, .. } = event {
                 tiles += 1;
                 if tiles % 64 == 0 {

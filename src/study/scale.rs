@@ -71,7 +71,7 @@ fn measure(
         let begun = Instant::now();
         let scene = seed.compile()?;
         let build = begun.elapsed().as_secs_f64();
-        let trial = render(&scene, Settings::default(), console, |_, _| {})?;
+        let trial = render(&scene, Settings::default(), console, |_| {})?;
         Ok::<_, StudyError>(Run { build, trace: trial.time.as_secs_f64(), rays: trial.progress.rays.total() })
     })?;
     let mut measured = Vec::new();

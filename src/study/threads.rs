@@ -58,13 +58,10 @@ pub fn threads(
 
 fn run(scene: &Arc<Scene>, settings: Settings, console: &Console) -> Result<Run, StudyError> {
     let mut tiles: Vec<TileSpan> = Vec::new();
-    let mut free = vec![0.0; settings.threads.get()];
-    let trial = render(scene, settings, console, |event, now| {
+    let trial = render(scene, settings, console, |event| {
         if let RenderEvent::TileFinished { worker, stats, pass, .. } = event {
-            // The report may arrive a little late, but a thread does one thing at a time.
-            let to = now.as_secs_f64();
-            let from = (to - stats.busy.as_secs_f64()).max(free[*worker]);
-            free[*worker] = to;
+            let to = stats.done.as_secs_f64();
+            let from = (to - stats.busy.as_secs_f64()).max(0.0);
             tiles.push(TileSpan { worker: *worker, pass: *pass, from, to });
         }
     })?;

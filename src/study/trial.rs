@@ -20,19 +20,19 @@ pub struct Trial {
 /// How long a wish to stop may go unnoticed.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Renders a scene to its end. `watch` sees every event with the time since the start.
+/// Renders a scene to its end. `watch` sees every event.
 pub fn render(
     scene: &Arc<Scene>,
     settings: Settings,
     console: &Console,
-    mut watch: impl FnMut(&RenderEvent, Duration),
+    mut watch: impl FnMut(&RenderEvent),
 ) -> Result<Trial, StudyError> {
     let mut film = Film::new(scene.width, scene.height);
-    let begun = Instant::now();
-    let mut progress = Progress::new(scene, settings.threads.get(), begun);
+    let mut time = Duration::ZERO;
+    let mut progress = Progress::new(scene, settings.threads.get(), Instant::now());
     let handle = start(Arc::clone(scene), settings);
     loop {
-        let event = match handle.events().recv_timeout(PATIENCE) {
+        let event = match handle.next_event(PATIENCE) {
             Ok(event) => event,
             Err(nothing) if nothing.is_timeout() => {
                 console.go_on()?;
@@ -46,10 +46,13 @@ pub fn render(
         console.go_on()?;
         let now = Instant::now();
         progress.update(&event, now);
-        watch(&event, now - begun);
+        watch(&event);
         match event {
-            RenderEvent::TileFinished { tile, .. } => film.write(&tile),
-            RenderEvent::Finished => return Ok(Trial { film, progress, time: now - begun }),
+            RenderEvent::TileFinished { tile, stats, .. } => {
+                film.write(&tile);
+                time = time.max(stats.done);
+            }
+            RenderEvent::Finished => return Ok(Trial { film, progress, time }),
             RenderEvent::Failed(error) => return Err(error.into()),
             _ => {}
         }

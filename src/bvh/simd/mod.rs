@@ -120,11 +120,13 @@ impl fmt::Display for IsaError {
 
 impl std::error::Error for IsaError {}
 
-/// Eight f32 lanes. A value of the implementing type is the proof that the processor has the instructions. Comparisons give
-/// a bit a lane, lane 0 lowest, and are false for NaN.
+/// Eight f32 lanes. A value of the implementing type is the proof that the processor has the instructions. Comparisons are
+/// false for NaN.
 pub trait Lanes: Copy {
     /// Eight f32.
     type V: Copy;
+    /// Eight yes or no.
+    type M: Copy;
 
     /// The same value in every lane.
     fn splat(self, v: f32) -> Self::V;
@@ -152,6 +154,14 @@ pub trait Lanes: Copy {
     fn max(self, a: Self::V, b: Self::V) -> Self::V;
     /// |a|
     fn abs(self, a: Self::V) -> Self::V;
+    /// a, with its sign changed where b has a minus sign
+    fn mul_sign(self, a: Self::V, b: Self::V) -> Self::V;
     /// Lanes where a <= b
-    fn le(self, a: Self::V, b: Self::V) -> u32;
+    fn le(self, a: Self::V, b: Self::V) -> Self::M;
+    /// Lanes where both are
+    fn and(self, a: Self::M, b: Self::M) -> Self::M;
+    /// Lanes where either is
+    fn or(self, a: Self::M, b: Self::M) -> Self::M;
+    /// A bit a lane, lane 0 lowest
+    fn bits(self, m: Self::M) -> u32;
 }

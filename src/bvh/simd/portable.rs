@@ -24,6 +24,8 @@ macro_rules! map {
 
 impl Lanes for Portable {
     type V = [f32; 8];
+    /// A bit a lane.
+    type M = u32;
 
     #[inline(always)]
     fn splat(self, v: f32) -> [f32; 8] {
@@ -78,6 +80,10 @@ impl Lanes for Portable {
         map!(a, a, |a: f32, _: f32| a.abs())
     }
     #[inline(always)]
+    fn mul_sign(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        map!(a, b, |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & (1 << 31))))
+    }
+    #[inline(always)]
     fn le(self, a: [f32; 8], b: [f32; 8]) -> u32 {
         let bits = map!(a, b, |a: f32, b: f32| u32::from(a <= b));
         let mut mask = 0;
@@ -87,5 +93,17 @@ impl Lanes for Portable {
             k += 1;
         }
         mask
+    }
+    #[inline(always)]
+    fn and(self, a: u32, b: u32) -> u32 {
+        a & b
+    }
+    #[inline(always)]
+    fn or(self, a: u32, b: u32) -> u32 {
+        a | b
+    }
+    #[inline(always)]
+    fn bits(self, m: u32) -> u32 {
+        m
     }
 }

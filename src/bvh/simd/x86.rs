@@ -26,6 +26,7 @@ macro_rules! avx {
 
 impl Lanes for Avx2 {
     type V = __m256;
+    type M = __m256;
 
     #[inline(always)]
     fn splat(self, v: f32) -> __m256 {
@@ -82,7 +83,23 @@ impl Lanes for Avx2 {
         avx!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a))
     }
     #[inline(always)]
-    fn le(self, a: __m256, b: __m256) -> u32 {
-        avx!(_mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32)
+    fn mul_sign(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_xor_ps(a, _mm256_and_ps(b, _mm256_set1_ps(-0.0))))
+    }
+    #[inline(always)]
+    fn le(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b))
+    }
+    #[inline(always)]
+    fn and(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_and_ps(a, b))
+    }
+    #[inline(always)]
+    fn or(self, a: __m256, b: __m256) -> __m256 {
+        avx!(_mm256_or_ps(a, b))
+    }
+    #[inline(always)]
+    fn bits(self, m: __m256) -> u32 {
+        avx!(_mm256_movemask_ps(m) as u32)
     }
 }
