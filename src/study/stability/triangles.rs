@@ -198,7 +198,7 @@ pub fn watertight(effort: &Effort) -> Vec<Sweep> {
         Row::rates(offset, &tally, 0.0)
     });
     let leaks = format!(
-        "of robust, half of the trials are rays alone and half are rays in packets; the other presets, which have no packets, \
+        "of robust, half of the trials are rays alone and half are rays in packets; the other presets \
          are asked one ray for {SHARE} of those alone"
     );
     vec![
@@ -210,7 +210,7 @@ pub fn watertight(effort: &Effort) -> Vec<Sweep> {
              a hit within 1e-3 of the size",
         ),
         Sweep::new("hits in packets that differ from those of rays alone", "offset / size", together.to_vec())
-            .noted("every shape and a mesh, with shadow rays; only robust has packets of its own, the others must agree all the same"),
+            .noted("every shape and a mesh, with shadow rays"),
     ]
 }
 
