@@ -114,6 +114,11 @@ impl Census {
         group
     }
 
+    /// A pixel that is as it was.
+    pub fn again(&mut self, group: Group, error: f64) {
+        self.groups[usize::from(group.0)].add(error);
+    }
+
     /// A pixel that had one sample and got more: the squared distance of the first from the mean.
     pub fn checked(&mut self, group: Group, distance2: f64) {
         if let Some(class) = group.class() {

@@ -371,6 +371,8 @@ impl Worker {
                 return Err(Leave);
             }
         }
+        // The longest first, so that nobody waits long for the last.
+        gathering.tiles.sort_by(|a, b| b.told().total_cmp(&a.told()));
         for tile in gathering.tiles.drain(..) {
             let _ = self.requeue.send(Some(Job { tile, step: Step::Round(number + 1, plan.clone()) }));
         }

@@ -58,12 +58,13 @@ impl Round<'_> {
 
     /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
     /// was.
-    pub fn note(&self, pixel: &Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
+    pub fn note(&self, pixel: &mut Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
         let look = Look::of(pixel);
         if before == 1 {
             census.checked(pixel.group, self.map.look(x, y).distance2(look));
         }
         self.map.write(x, y, look);
+        pixel.own = if pixel.traced() < JUDGED { 0.0 } else { own_error(pixel) as f32 };
     }
 
     /// Expected squared error of a pixel before this round.
@@ -73,6 +74,10 @@ impl Round<'_> {
 
     /// Puts a pixel into the census when all tiles have been traced.
     pub fn judge(&self, pixel: &mut Pixel, x: u32, y: u32, census: &mut Census) {
+        if !self.map.take_stale(x, y) {
+            census.again(pixel.group, f64::from(pixel.judged));
+            return;
+        }
         let traced = pixel.traced();
         let fit = self.map.fit(x, y);
         if traced < JUDGED {
@@ -85,15 +90,15 @@ impl Round<'_> {
             Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
             _ => 0.0,
         };
-        let is_plain = pixel.variance() * n.powf(1.5) < 1.0;
+        let own = f64::from(pixel.own);
+        let is_plain = own * n * n.sqrt() < 1.0;
         let chance = if is_plain { CORNER / n.sqrt() } else { 0.5 / n };
-        let error = own_error(pixel) + missed * chance;
-        pixel.judged = error as f32;
-        pixel.group = census.pixel(error, traced, self.limit.saturating_sub(traced));
+        pixel.judged = (own + missed * chance) as f32;
+        pixel.group = census.pixel(f64::from(pixel.judged), traced, self.limit.saturating_sub(traced));
     }
 }
 
 /// Expected squared error of a pixel with enough samples by these alone.
-pub(super) fn own_error(pixel: &Pixel) -> f64 {
+fn own_error(pixel: &Pixel) -> f64 {
     pixel.variance() * (1.0 + OPTIMISM / f64::from(pixel.traced()))
 }

@@ -6,7 +6,7 @@ use super::event::{Cut, ErrorChange, TileImage, TileStats};
 use super::map::{Look, Map};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
-use super::round::{Round, own_error};
+use super::round::Round;
 use crate::description::Filter;
 use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
@@ -247,19 +247,27 @@ impl Tile {
     }
 
     /// Puts down what the pixels look like that were traced in a round.
-    pub(super) fn note(&self, round: &Round, batch: &Batch, census: &mut Census) {
+    pub(super) fn note(&mut self, round: &Round, batch: &Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
         for &(at, before, _) in &batch.wanted {
-            round.note(&self.pixels[at as usize], before, x + at % width, y + at / width, census);
+            round.note(&mut self.pixels[at as usize], before, x + at % width, y + at / width, census);
         }
     }
 
     /// Judges all pixels when all tiles have been traced.
     pub(super) fn judge(&mut self, round: &Round, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
+        let mut sum = 0.0;
         for (at, pixel) in (0..).zip(&mut self.pixels) {
             round.judge(pixel, x + at % width, y + at / width, census);
+            sum += f64::from(pixel.judged);
         }
+        self.told = Some(sum);
+    }
+
+    /// What was last said of its squared error: about the work that it will be.
+    pub(super) fn told(&self) -> f64 {
+        self.told.unwrap_or_default()
     }
 
     /// The errors of all pixels and how their sum of squares has changed in a round that has a plan: what the last census
@@ -268,7 +276,7 @@ impl Tile {
         let mut squares: Vec<f64> = self.pixels.iter().map(|pixel| round.error_before(pixel)).collect();
         let before = squares.iter().sum();
         for &(at, ..) in &batch.wanted {
-            squares[at as usize] = own_error(&self.pixels[at as usize]);
+            squares[at as usize] = f64::from(self.pixels[at as usize].own);
         }
         let change = ErrorChange { before: Some(before), now: squares.iter().sum() };
         (change, squares.into_iter().map(|square| square.sqrt() as f32).collect())
