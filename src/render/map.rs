@@ -17,10 +17,12 @@ pub(super) struct Map {
     /// Whether a pixel or one of its neighbours was written since it was judged. (Judging all pixels after each round took a
     /// fifth of the time of a render of the demo to an error of 1.)
     stale: Vec<AtomicBool>,
+    /// Samples that each pixel needs so that thin objects are seen; empty if there are none.
+    thin: Vec<u8>,
 }
 
 /// What is seen in a pixel.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     /// sRGB codes in 256ths.
     codes: [i32; 3],
@@ -36,6 +38,12 @@ impl Look {
         let codes = [mean.r, mean.g, mean.b].map(|c| (linear_to_srgb(c) * 65280.0 + 0.5) as i32);
         let tree = (pixel.tree() >> 16) as u16 | u16::from(pixel.tree() != 0);
         Self { codes, tree, variance: pixel.single_variance() }
+    }
+
+    /// All channels of one code.
+    #[cfg(test)]
+    pub fn grey(code: u8) -> Self {
+        Self { codes: [i32::from(code) * 256; 3], tree: 1, variance: 0.0 }
     }
 
     fn pack(self) -> u64 {
@@ -96,7 +104,8 @@ pub(super) struct Fit {
 }
 
 impl Map {
-    pub fn new(width: u32, height: u32) -> Self {
+    /// `thin`: see [`thin`](super::thin::thin).
+    pub fn new(width: u32, height: u32, thin: Vec<u8>) -> Self {
         let pixels = || 0..u64::from(width) * u64::from(height);
         Self {
             width,
@@ -104,6 +113,7 @@ impl Map {
             words: pixels().map(|_| AtomicU64::new(0)).collect(),
             variances: pixels().map(|_| AtomicU32::new(0)).collect(),
             stale: pixels().map(|_| AtomicBool::new(true)).collect(),
+            thin,
         }
     }
 
@@ -116,6 +126,11 @@ impl Map {
             let (from, to) = (self.at(x.saturating_sub(1), row), self.at(self.width.min(x + 2), row));
             self.stale[from..to].iter().for_each(|stale| stale.store(true, Ordering::Relaxed));
         }
+    }
+
+    /// Samples that a pixel needs so that thin objects are seen.
+    pub fn first_look(&self, x: u32, y: u32) -> u32 {
+        self.thin.get(self.at(x, y)).copied().unwrap_or_default().into()
     }
 
     /// What was put down last.
@@ -164,5 +179,34 @@ impl Map {
 
     fn at(&self, x: u32, y: u32) -> usize {
         y as usize * self.width as usize + x as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_was_put_down_and_its_neighbours_are_stale() {
+        let map = Map::new(7, 5, Vec::new());
+        let take = || (0..35).filter(|i| map.take_stale(i % 7, i / 7)).collect::<Vec<u32>>();
+        assert_eq!(take().len(), 35);
+        assert_eq!(take(), []);
+        map.write(0, 4, Look::grey(1));
+        map.write(5, 1, Look::grey(2));
+        assert_eq!(take(), [4, 5, 6, 11, 12, 13, 18, 19, 20, 21, 22, 28, 29]);
+        assert_eq!(take(), []);
+    }
+
+    #[test]
+    fn a_neighbour_that_is_a_mixture_shows_what_it_is_mixed_with() {
+        // A quarter of it is white on black: mean 1/4, variance 3/16.
+        let grey = (linear_to_srgb(0.25) * 65280.0).round() as i32;
+        let neighbour = Look { codes: [grey; 3], tree: 0, variance: 3.0 / 16.0 };
+        for share in [0.01, 0.1, 0.5] {
+            let found = Look::grey(0).distance2_to_mix(neighbour, share).sqrt();
+            let white = 255.0 * linear_to_srgb(share);
+            assert!((found - white).abs() < 0.02 * white, "{share}: {found}, {white}");
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! One round of refinement: which pixels get more samples, and how wrong each is after it.
 
-use super::census::{Census, Plan};
+use super::census::{Census, FALL, Plan};
 use super::map::{Fit, Look, Map};
 use super::pixel::{JUDGED, Pixel};
 use crate::math::lowbias32;
@@ -49,8 +49,8 @@ impl Round<'_> {
     pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
         let traced = pixel.traced();
         let wanted = match self.plan {
-            None if is_drawn(x, y) => JUDGED,
-            None => traced,
+            None if is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
+            None => traced.max(self.map.first_look(x, y)),
             Some(plan) => plan.refine(pixel.group, traced),
         };
         wanted.min(self.limit)
@@ -60,16 +60,26 @@ impl Round<'_> {
     /// was.
     pub fn note(&self, pixel: &mut Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
         let look = Look::of(pixel);
-        if before == 1 {
-            census.checked(pixel.group, self.map.look(x, y).distance2(look));
+        let distance2 = self.map.look(x, y).distance2(look);
+        census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
+        // Thin objects say nothing of other pixels.
+        if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
+            census.checked(pixel.group, distance2);
         }
         self.map.write(x, y, look);
-        pixel.own = if pixel.traced() < JUDGED { 0.0 } else { own_error(pixel) as f32 };
+        // Pixels whose few samples say too little of their error are the ones that are not refined.
+        pixel.own = (pixel.variance() * (1.0 + OPTIMISM / f64::from(pixel.traced()))) as f32;
     }
 
     /// Expected squared error of a pixel before this round.
     pub fn error_before(&self, pixel: &Pixel) -> f64 {
-        self.plan.and_then(|plan| plan.single(pixel.group)).unwrap_or(f64::from(pixel.judged))
+        let single = self.plan.and_then(|plan| plan.single(pixel.group));
+        single.unwrap_or_else(|| self.corrected(pixel.judged))
+    }
+
+    /// A squared error that pixels tell, as the last census takes it.
+    pub fn corrected(&self, error: f32) -> f64 {
+        f64::from(error) * self.plan.map_or(1.0, |plan| plan.correction)
     }
 
     /// Puts a pixel into the census when all tiles have been traced.
@@ -84,21 +94,25 @@ impl Round<'_> {
             pixel.group = census.unchecked(fit);
             return;
         }
-        let n = f64::from(traced);
-        let missed = match fit {
-            Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
-            Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
-            _ => 0.0,
-        };
-        let own = f64::from(pixel.own);
-        let is_plain = own * n * n.sqrt() < 1.0;
-        let chance = if is_plain { CORNER / n.sqrt() } else { 0.5 / n };
-        pixel.judged = (own + missed * chance) as f32;
+        pixel.judged = (f64::from(pixel.own) + missed(pixel, fit)) as f32;
         pixel.group = census.pixel(f64::from(pixel.judged), traced, self.limit.saturating_sub(traced));
     }
 }
 
-/// Expected squared error of a pixel with enough samples by these alone.
-fn own_error(pixel: &Pixel) -> f64 {
-    pixel.variance() * (1.0 + OPTIMISM / f64::from(pixel.traced()))
+/// Expected square of the error for what all samples of a pixel may have missed, as its neighbours show.
+fn missed(pixel: &Pixel, fit: Fit) -> f64 {
+    let n = f64::from(pixel.traced());
+    let error = match fit {
+        Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
+        Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
+        _ => return 0.0,
+    };
+    let is_plain = f64::from(pixel.own) * n * n.sqrt() < 1.0;
+    error * if is_plain { CORNER / n.sqrt() } else { 0.5 / n }
+}
+
+/// The part of the expected squared error E(n) that more samples take away. Since samples are added to those that are there, it
+/// is also the mean square of the change: E(n) - E(m).
+pub(super) fn share_gained(before: u32, after: u32) -> f64 {
+    1.0 - (f64::from(before) / f64::from(after)).powf(FALL)
 }

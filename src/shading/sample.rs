@@ -47,6 +47,8 @@ pub struct Sample {
     pub tree: u32,
     /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing.
     pub cut: f64,
+    /// What those that weigh next to nothing are taken to bring: part of the radiance. See `tail`.
+    pub tail: Rgb,
 }
 
 impl Sample {
