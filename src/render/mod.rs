@@ -18,6 +18,7 @@ mod pass;
 mod pixel;
 mod progress;
 mod round;
+mod stopwatch;
 mod thin;
 mod tile;
 mod view;

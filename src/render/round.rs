@@ -40,6 +40,9 @@ const CORNER: f64 = 0.25;
 /// taken to be larger by a factor of 1 + OPTIMISM / n than these say.
 const OPTIMISM: f64 = 4.0;
 
+/// The same where objects are thinner than a pixel: what is hit by few samples is not stratified.
+const THIN: f64 = 2.0;
+
 /// The squared contrast, in codes, below which neighbours say nothing, and that which two ray trees are taken to have.
 const SMOOTH: f64 = 4.0;
 const OTHER_TREE: f64 = 16.0;
@@ -61,14 +64,18 @@ impl Round<'_> {
     pub fn note(&self, pixel: &mut Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
         let look = Look::of(pixel);
         let distance2 = self.map.look(x, y).distance2(look);
-        census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
-        // Thin objects say nothing of other pixels.
+        let is_thin = self.map.first_look(x, y) > 0;
+        // What thin objects hide until they are hit is no measure for other pixels.
+        if !is_thin {
+            census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
+        }
         if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
             census.checked(pixel.group, distance2);
         }
         self.map.write(x, y, look);
         // Pixels whose few samples say too little of their error are the ones that are not refined.
-        pixel.own = (pixel.variance() * (1.0 + OPTIMISM / f64::from(pixel.traced()))) as f32;
+        let doubt = OPTIMISM / f64::from(pixel.traced()) + if is_thin { THIN } else { 0.0 };
+        pixel.own = (pixel.variance() * (1.0 + doubt)) as f32;
     }
 
     /// Expected squared error of a pixel before this round.

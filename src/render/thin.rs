@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn what_is_as_thick_as_a_pixel_is_not_marked_and_perspective_counts() {
         let thick = DVec3::new(24.0, 1.2, 1.2);
-        assert_eq!(marks(thick, 30.0, FLAT), []);
+        assert!(marks(thick, 30.0, FLAT).is_empty());
         // The film is 30 pixels high; at distance 100 an angle of 2 atan(0.6) shows 120 units.
         let wide = Projection::Perspective { fov: 2.0 * 0.6f64.atan().to_degrees() };
         assert_eq!(marks(thick, 30.0, wide)[15 * 40 + 20], 8);
