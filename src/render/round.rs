@@ -41,7 +41,7 @@ const CORNER: f64 = 0.25;
 const OPTIMISM: f64 = 4.0;
 
 /// The same where objects are thinner than a pixel: what is hit by few samples is not stratified.
-const THIN: f64 = 2.0;
+const THIN: f64 = 1.0;
 
 /// The squared contrast, in codes, below which neighbours say nothing, and that which two ray trees are taken to have.
 const SMOOTH: f64 = 4.0;

@@ -47,7 +47,7 @@ impl Scene {
     /// error to reach was left of it.
     pub(super) fn bound_weight(&self) -> f64 {
         let brightest = self.largest_radiance.unwrap_or(1.0).max(1e-6);
-        self.render.error.map_or(NEGLIGIBLE, |error| (error / STEEP / brightest).clamp(NEGLIGIBLE, 1.0 / 64.0))
+        self.render.error.map_or(NEGLIGIBLE, |error| (error / STEEP / brightest).clamp(NEGLIGIBLE, 1.0 / 16.0))
     }
 }
 
