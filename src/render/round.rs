@@ -3,6 +3,7 @@
 use super::census::{Census, FALL, Plan};
 use super::map::{Fit, Look, Map};
 use super::pixel::{JUDGED, Pixel};
+use super::thin::HITS;
 use crate::math::lowbias32;
 
 /// What all workers know in a round. It depends on the rounds before it alone, so that every order of tiles gives the
@@ -40,9 +41,6 @@ const CORNER: f64 = 0.25;
 /// taken to be larger by a factor of 1 + OPTIMISM / n than these say.
 const OPTIMISM: f64 = 4.0;
 
-/// The same where objects are thinner than a pixel: what is hit by few samples is not stratified.
-const THIN: f64 = 1.0;
-
 /// The squared contrast, in codes, below which neighbours say nothing, and that which two ray trees are taken to have.
 const SMOOTH: f64 = 4.0;
 const OTHER_TREE: f64 = 16.0;
@@ -74,8 +72,10 @@ impl Round<'_> {
         }
         self.map.write(x, y, look);
         // Pixels whose few samples say too little of their error are the ones that are not refined.
-        let doubt = OPTIMISM / f64::from(pixel.traced()) + if is_thin { THIN } else { 0.0 };
-        pixel.own = (pixel.variance() * (1.0 + doubt)) as f32;
+        let n = f64::from(pixel.traced());
+        let doubt =
+            (1.0 + OPTIMISM / n) * if is_thin { thin_doubt(n, f64::from(self.map.first_look(x, y))) } else { 1.0 };
+        pixel.own = (pixel.variance() * doubt) as f32;
     }
 
     /// Expected squared error of a pixel before this round.
@@ -116,6 +116,12 @@ fn missed(pixel: &Pixel, fit: Fit) -> f64 {
     };
     let is_plain = f64::from(pixel.own) * n * n.sqrt() < 1.0;
     error * if is_plain { CORNER / n.sqrt() } else { 0.5 / n }
+}
+
+/// Something of the width w < 1 is not stratified by fewer than w^-2 samples, so that the variance falls as n^-1 only until
+/// then. The samples themselves tell a part of it, hence the power (a fence of 0.3 needs 1/2, a wire of 0.03 needs 1).
+fn thin_doubt(n: f64, first_look: f64) -> f64 {
+    n.sqrt().min(first_look / HITS).max(1.0).powf(0.75)
 }
 
 /// The part of the expected squared error E(n) that more samples take away. Since samples are added to those that are there, it

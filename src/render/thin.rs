@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 const MOST_OBJECTS: usize = 1 << 16;
 
 /// Samples that are expected to fall on a thing where it crosses a pixel.
-const HITS: f64 = 4.0;
+pub(super) const HITS: f64 = 4.0;
 
 /// Samples that a pixel gets for it at least and at most.
 const LEAST: u8 = 4;
