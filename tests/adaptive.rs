@@ -3,7 +3,7 @@
 
 mod support;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use glimt::description::*;
 use glimt::math::{Rgb, linear_to_srgb};
 use glimt::render::{self, Film, Progress, RenderEvent, Settings};
@@ -138,30 +138,51 @@ fn a_pixel_is_the_mean_of_the_first_samples_of_its_sequence() {
     }
 }
 
-#[test]
-fn the_estimate_is_the_measured_error_within_a_factor_of_one_and_a_half_for_19_of_20_renders() {
+/// Whether 95 % of renders tell their error within a factor of 1.5: of these scenes, to these errors and with these numbers of
+/// samples.
+fn estimates_are_honest(scenes: Vec<(PathBuf, SceneDesc)>, errors: &[f64], samples: &[u32]) {
     let (mut renders, mut wrong) = (0, Vec::new());
-    for (path, scene) in gallery(40) {
+    for (path, scene) in scenes {
         let reference = run(&with_samples(&scene, 256), settings(2, 32));
-        let mut judge = |what: String, run: Run| {
+        // Below what the reference itself knows there is nothing to compare with.
+        let floor = 3.0 * reference.error.unwrap();
+        let adaptive = errors.iter().map(|error| (format!("to {error}"), to_error(&scene, *error)));
+        let uniform = samples.iter().map(|n| (format!("{n} samples"), with_samples(&scene, *n)));
+        for (what, desc) in adaptive.chain(uniform) {
+            let run = run(&desc, settings(2, 32));
             let error = run.error.expect("enough samples to tell");
             let measured = difference(&run.film, &reference.film);
             renders += 1;
-            // Below what the reference itself knows there is nothing to compare with.
-            let floor = 3.0 * reference.error.unwrap();
             if measured.max(floor) > 1.5 * error.max(floor) || error.max(floor) > 1.5 * measured.max(floor) {
                 wrong.push(format!("{} {what}: measured {measured:.3}, estimated {error:.3}", path.display()));
             }
-        };
-        for error in [4.0, 2.0, 1.0] {
-            judge(format!("to {error}"), run(&to_error(&scene, error), settings(2, 32)));
-        }
-        for samples in [4, 16] {
-            judge(format!("{samples} samples"), run(&with_samples(&scene, samples), settings(2, 32)));
         }
     }
     println!("{} of {renders} are wrong\n{}", wrong.len(), wrong.join("\n"));
     assert!(wrong.len() * 20 <= renders, "{} of {renders}:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn the_estimate_is_the_measured_error_within_a_factor_of_one_and_a_half_for_19_of_20_renders() {
+    estimates_are_honest(gallery(40), &[4.0, 2.0, 1.0], &[4, 16]);
+}
+
+#[test]
+fn so_it_is_where_nothing_was_tuned_to_it() {
+    // Other cameras, sizes, errors and numbers of samples.
+    let turned = |(path, mut desc): (PathBuf, SceneDesc)| {
+        let camera = &mut desc.camera;
+        let to_eye = DMat3::from_rotation_y(0.35) * (camera.position - camera.look_at);
+        camera.position = camera.look_at + 0.8 * to_eye;
+        (path, desc)
+    };
+    let mut scenes: Vec<_> = gallery(53).into_iter().map(turned).collect();
+    for (i, (bars, width, distance, degrees)) in
+        [(30, 0.2, 2.3, 12.0), (5, 1.4, 6.1, 71.0), (3, 0.15, 7.3, 80.0), (12, 0.9, 3.3, 38.0)].into_iter().enumerate()
+    {
+        scenes.push((format!("fence {i}").into(), fence(bars, width, distance, degrees, 40)));
+    }
+    estimates_are_honest(scenes, &[6.0, 3.0, 1.5], &[6, 11, 32]);
 }
 
 #[test]
@@ -203,7 +224,6 @@ fn a_fence_is_not_missed() {
 }
 
 #[test]
-#[ignore = "white on black finer than a pixel is still estimated too low: 6.3 codes measured where 4 are asked for"]
 fn fences_and_wires_thinner_than_a_pixel_are_not_missed() {
     for (name, d) in [
         ("fine fence", fence(40, 0.3, 1.7, 31.0, 24)),
@@ -308,12 +328,12 @@ fn the_tent_filter_gives_the_mean_under_a_tent() {
 
 /// A closed room of mirrors with balls of glass in it.
 fn mirror_room(max_depth: u32, error: Option<f64>) -> SceneDesc {
-    let mut d = desc(12, 9, perspective(v(0.3, 0.4, 1.8), v(0.0, 0.0, -1.0), DVec3::Y, 70.0));
-    let wall = |name: &str, color| MaterialDesc { reflect: 0.72, ..flat(name, color) };
+    let mut d = desc(20, 15, perspective(v(0.3, 0.4, 1.8), v(0.0, 0.0, -1.0), DVec3::Y, 70.0));
+    let wall = |name: &str, color| MaterialDesc { reflect: 0.8, ..flat(name, color) };
     d.materials = vec![
         wall("left", Rgb::new(0.2, 0.05, 0.05)),
         wall("right", Rgb::new(0.05, 0.05, 0.2)),
-        MaterialDesc { reflect: 0.25, transmit: 0.6, ior: 1.3, ..bare("glass", Rgb::BLACK) },
+        MaterialDesc { reflect: 0.25, transmit: 0.7, ior: 1.3, ..bare("glass", Rgb::BLACK) },
     ];
     d.objects = vec![
         cuboid(v(-2.0, 0.0, 0.0), v(0.2, 9.0, 9.0), "left"),
@@ -362,12 +382,13 @@ fn what_a_cut_picture_lacks_is_within_the_bound_and_is_cheaper_than_the_same_by_
         assert!(largest <= lacks.largest * bound + rest && mean <= lacks.sum * bound + rest, "{name}");
     }
     let told = |run: &(Film, u64, render::Cut)| (difference(&run.0, &whole.0), run.1);
-    let depths: Vec<_> = [10, 12, 16].iter().map(|depth| told(&cut(&mirror_room(*depth, None)))).collect();
-    let weights: Vec<_> =
-        [8.0, 4.0, 2.0, 1.0, 0.5, 0.1, 0.02].iter().map(|e| told(&cut(&mirror_room(40, Some(*e))))).collect();
-    println!("error and rays by depth {depths:?}\nby weight {weights:?}");
-    // For every depth there is a weight that is no worse with fewer rays.
-    for (error, rays) in depths {
-        assert!(weights.iter().any(|w| w.0 <= error && w.1 < rays), "{error} with {rays} rays by depth: {weights:?}");
+    let depth = told(&deep);
+    let weights: Vec<_> = [32.0, 16.0, 8.0, 4.0, 2.0].map(|e| told(&cut(&mirror_room(40, Some(e))))).to_vec();
+    println!("error and rays at depth 16 {depth:?}\nby weight {weights:?}");
+    // The picture of 16 reflections, ten times cheaper.
+    assert!(weights.iter().any(|w| w.0 <= depth.0 && 10 * w.1 <= depth.1), "{depth:?} by depth: {weights:?}");
+    // What is cut takes up little of the error that it is cut for.
+    for (weight, error) in weights.iter().zip([32.0, 16.0, 8.0, 4.0, 2.0]) {
+        assert!(weight.0 <= error / 3.0, "{weight:?} for an error of {error}");
     }
 }

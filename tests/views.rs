@@ -113,6 +113,25 @@ fn every_preset_and_model_tells_the_colour_that_it_renders() {
     }
 }
 
+#[test]
+fn with_an_error_to_reach_the_tree_and_what_cut_paths_are_taken_to_bring_are_the_colour() {
+    let mut cuts = 0;
+    for (file, mut desc) in gallery() {
+        desc.render.error = Some(20.0);
+        let scene = compile(&desc);
+        let film = finish(start(scene.clone(), settings(2, 8)), WIDTH, HEIGHT);
+        for (x, y) in (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).step_by(7) {
+            let told: Explanation = explain(&scene, &desc, (x, y), 3, Some(y % 3));
+            let name = file.display();
+            assert_eq!(told.color.map(f32::to_bits), film.pixel(x, y).map(f32::to_bits), "{name} at {x},{y}");
+            assert_eq!(bits(added(&told.tree)), bits(told.tree.radiance), "{name} at {x},{y}:\n{told}");
+            assert_eq!(bits(told.tree.radiance + told.tail), bits(told.radiance), "{name} at {x},{y}:\n{told}");
+            cuts += usize::from(told.tail != Rgb::BLACK);
+        }
+    }
+    assert!(cuts > 20, "{cuts}");
+}
+
 fn probe(desc: &SceneDesc, probe: Probe) -> Film {
     let film = finish(start_probe(compile(desc), probe, settings(2, 8)), desc.film.width, desc.film.height);
     assert_eq!(film, finish(start_probe(compile(desc), probe, settings(1, 32)), desc.film.width, desc.film.height));

@@ -41,9 +41,8 @@ pub struct ScaleArgs {
     /// Most triangles, and most spheres [default: 10000000, with --quick 100000; never more than 1000000 spheres]
     #[arg(long, value_name = "N", value_parser = whole(1000, 10_000_000), allow_negative_numbers = true)]
     max: Option<u32>,
-    /// How often each is measured [default: 3, with --quick 1]
-    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
-    repeats: Option<u32>,
+    #[command(flatten)]
+    repeats: RepeatsArg,
     #[command(flatten)]
     study: StudyArgs,
 }
@@ -79,9 +78,8 @@ pub struct AccuracyArgs {
     /// Most samples of the reference [default: 4096, with --quick 256]
     #[arg(long, value_name = "N", value_parser = whole(32, limits::MAX_SAMPLES), allow_negative_numbers = true)]
     reference_samples: Option<u32>,
-    /// How often each is measured [default: 3, with --quick 1]
-    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
-    repeats: Option<u32>,
+    #[command(flatten)]
+    repeats: RepeatsArg,
     #[command(flatten)]
     isa: IsaArg,
     #[command(flatten)]
@@ -95,9 +93,8 @@ pub struct ThreadsArgs {
     /// Numbers of threads, separated by commas
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = threads, default_value = "1,2,4,8,12,16")]
     threads: Vec<NonZeroUsize>,
-    /// How often each is measured [default: 5, with --quick 2]
-    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
-    repeats: Option<u32>,
+    #[command(flatten)]
+    repeats: RepeatsArg,
     #[command(flatten)]
     isa: IsaArg,
     #[command(flatten)]
@@ -117,9 +114,8 @@ pub struct KernelArgs {
     /// Threads that trees are built with, beside one [default: all processors]
     #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     threads: Option<NonZeroUsize>,
-    /// How often each is measured [default: 5, with --quick 2]
-    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
-    repeats: Option<u32>,
+    #[command(flatten)]
+    repeats: RepeatsArg,
     #[command(flatten)]
     study: StudyArgs,
 }
@@ -132,6 +128,20 @@ struct SceneArgs {
     /// Pixels across and down [default: the scene's, at most 640 across for accuracy, 320 with --quick]
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     size: Option<(u32, u32)>,
+}
+
+#[derive(Debug, Args)]
+struct RepeatsArg {
+    /// How often each is measured [default: 5, for accuracy and scale 3; with --quick 2 and 1]
+    #[arg(long, value_name = "N", value_parser = whole(1, 1000), allow_negative_numbers = true)]
+    repeats: Option<u32>,
+}
+
+impl RepeatsArg {
+    /// Or so many.
+    fn or(&self, usual: u32) -> usize {
+        self.repeats.unwrap_or(usual) as usize
+    }
 }
 
 /// What every study is told.
@@ -249,8 +259,8 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             let widest = if args.study.quick { QUICK_WIDTH } else { limits::MAX_SIDE };
             let opened = args.scene.open(widest, args.isa.chosen()?)?;
             let scene = Arc::new(opened.compile()?);
-            let repeats = args.repeats.unwrap_or(if args.study.quick { 2 } else { 5 });
-            let mut report = study::threads(&scene, &args.threads, repeats as usize, console)
+            let repeats = args.repeats.or(if args.study.quick { 2 } else { 5 });
+            let mut report = study::threads(&scene, &args.threads, repeats, console)
                 .map_err(|error| refuse(error, Some(&opened)))?;
             report.set("scene", opened.file.to_string_lossy().into_owned());
             Ok(report)
@@ -264,7 +274,7 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             let options = KernelOptions {
                 isas,
                 rays: args.rays.unwrap_or(rays) as usize,
-                rounds: args.repeats.unwrap_or(repeats) as usize,
+                rounds: args.repeats.or(repeats),
                 threads: args.threads.unwrap_or_else(default_threads),
                 ..KernelOptions::default()
             };
@@ -276,8 +286,8 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
         StudyCommand::Scale(args) => {
             let quick = args.study.quick;
             let most = args.max.unwrap_or(if quick { 100_000 } else { 10_000_000 });
-            let repeats = args.repeats.unwrap_or(if quick { 1 } else { 3 });
-            study::scale(quick, most.into(), repeats as usize, console).map_err(|error| refuse(error, None))
+            let repeats = args.repeats.or(if quick { 1 } else { 3 });
+            study::scale(quick, most.into(), repeats, console).map_err(|error| refuse(error, None))
         }
         StudyCommand::Latency(args) => latency::latency(args, console),
         StudyCommand::Accuracy(args) => {
@@ -291,7 +301,7 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
                 samples: given_or(&args.samples, if quick { &[1, 4, 16] } else { &[1, 2, 4, 8, 16, 32, 64] }),
                 errors: given_or(&args.error, if quick { &[4.0, 1.0] } else { &[4.0, 2.0, 1.0, 0.5] }),
                 all: args.all,
-                repeats: args.repeats.unwrap_or(if quick { 1 } else { 3 }) as usize,
+                repeats: args.repeats.or(if quick { 1 } else { 3 }),
                 below: args.below,
                 reference_samples: args.reference_samples.unwrap_or(if quick { 256 } else { 4096 }),
             };

@@ -4,7 +4,7 @@ use super::meter::span;
 use super::{Rendered, memory};
 use crate::bvh::BvhStats;
 use crate::description::printable;
-use crate::render::{Cut, Settings, View};
+use crate::render::{Progress, Settings, View};
 use crate::scene::{Imported, Scene};
 use serde::Serialize;
 use std::fmt;
@@ -103,15 +103,14 @@ pub struct CutReport {
 }
 
 impl CutReport {
-    fn new(scene: &Scene, cut: Cut) -> Self {
-        // Nothing lacks nothing, however bright the scene.
-        let bound = |weight: f64| if weight == 0.0 { Some(0.0) } else { scene.largest_radiance.map(|l| l * weight) };
+    fn new(scene: &Scene, progress: &Progress) -> Self {
+        let (cut, bound) = (progress.cut(), progress.cut_bound());
         Self {
             mean_weight: cut.sum,
             largest_weight: cut.largest,
             largest_radiance: scene.largest_radiance,
-            mean_bound: bound(cut.sum),
-            largest_bound: bound(cut.largest),
+            mean_bound: bound.map(|bound| bound.sum),
+            largest_bound: bound.map(|bound| bound.largest),
         }
     }
 }
@@ -262,7 +261,7 @@ impl Report {
             size: [scene.width, scene.height],
             samples: scene.render.samples,
             samples_per_pixel: rays.camera as f64 / (f64::from(scene.width) * f64::from(scene.height)),
-            cut: CutReport::new(scene, progress.cut()),
+            cut: CutReport::new(scene, progress),
             filter: scene.render.filter.name(),
             error_target: scene.render.error,
             time_limit: time_limit.map(|limit| limit.as_secs_f64()),

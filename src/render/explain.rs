@@ -31,6 +31,8 @@ pub struct Explanation {
     pub radiance: Rgb,
     /// Weight of its paths that were not followed.
     pub cut: f64,
+    /// What they are taken to bring: the radiance is this and that of the tree.
+    pub tail: Rgb,
     /// Its rays.
     pub tree: RayTree,
 }
@@ -61,6 +63,7 @@ pub fn explain(scene: &Scene, desc: &SceneDesc, (x, y): (u32, u32), samples: u32
         point: point(sample).to_array(),
         radiance: traced.radiance,
         cut: traced.cut,
+        tail: traced.tail,
         tree,
     }
 }
@@ -71,7 +74,8 @@ impl fmt::Display for Explanation {
         writeln!(f, "pixel {x},{y}, sample {} at ({:.4} {:.4})", self.sample, self.point[0], self.point[1])?;
         write!(f, "{}", self.tree)?;
         if self.cut > 0.0 {
-            writeln!(f, "not followed: weight {:.3e}", self.cut)?;
+            let Rgb { r, g, b } = self.tail;
+            writeln!(f, "not followed: weight {:.3e}, taken to bring ({r:.5} {g:.5} {b:.5})", self.cut)?;
         }
         let ([r, g, b], [cr, cg, cb]) = (self.color, self.codes);
         let mean =

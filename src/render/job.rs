@@ -7,6 +7,7 @@ use super::map::Map;
 use super::pass::{COARSEST, Pass};
 use super::pixel::JUDGED;
 use super::round::Round;
+use super::thin::thin;
 use super::tile::{Batch, Rect, Tile, Traced, Tracer, is_valid_side};
 use crate::description::Filter;
 use crate::scene::Scene;
@@ -136,7 +137,7 @@ fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Optio
         target,
         sampler,
         filter,
-        map: target.map(|_| Map::new(scene.width, scene.height)),
+        map: target.map(|_| Map::new(scene.width, scene.height, thin(&scene))),
         scene,
         control: control.clone(),
         tiles: tiles.len(),
@@ -213,6 +214,12 @@ struct Shared {
     gathering: Mutex<Gathering>,
 }
 
+impl Shared {
+    fn round<'a>(&self, map: &'a Map, plan: Option<&'a Plan>) -> Round<'a> {
+        Round { map, plan, limit: self.scene.render.samples }
+    }
+}
+
 /// Tiles that wait for the next round, and what the round has brought.
 #[derive(Default)]
 struct Gathering {
@@ -281,6 +288,9 @@ impl Worker {
         let pass = shared.passes[number];
         self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
         let mut stats = TileStats::default();
+        let before = Instant::now();
+        tile.remember(batch, pass);
+        stats.busy += before.elapsed();
         let traced = tile.trace(self.tracer(), pass, batch, &mut stats);
         let is_lattice = matches!(pass, Pass::Lattice { .. });
         match traced {
@@ -291,7 +301,7 @@ impl Worker {
         }
         let judging = Instant::now();
         let mut image = tile.image();
-        if let Some((change, errors)) = tile.own_errors() {
+        if let Some((change, errors)) = tile.own_errors(batch, pass) {
             (stats.squared_error, image.errors) = (Some(change), errors);
         }
         stats.cut = tile.cut();
@@ -319,7 +329,7 @@ impl Worker {
     fn round(&self, mut tile: Tile, number: u32, plan: Option<&Plan>, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
-        let round = Round { map, plan, limit: shared.scene.render.samples };
+        let round = shared.round(map, plan);
         let (pass, mut stats, mut census) = (Pass::Adapt { round: number }, TileStats::default(), Census::default());
         if !tile.choose(&round, batch) {
             self.gather_traced(tile, number, false, &census);
@@ -370,7 +380,7 @@ impl Worker {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
         let mut census = Census::default();
-        tile.judge(&Round { map, plan: None, limit: shared.scene.render.samples }, &mut census);
+        tile.judge(&shared.round(map, None), &mut census);
         let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
         gathering.census.merge(&census);
@@ -378,7 +388,7 @@ impl Worker {
             return Ok(());
         }
         let census = std::mem::take(&mut gathering.census);
-        gathering.census.keep_checks(&census);
+        gathering.census.keep(&census);
         let mut plan = None;
         if number > 0 {
             self.send(RenderEvent::Estimated { error: census.error() })?;
@@ -387,6 +397,8 @@ impl Worker {
                 return Err(Leave);
             }
         }
+        // The longest first, so that nobody waits long for the last.
+        gathering.tiles.sort_by(|a, b| b.told().total_cmp(&a.told()));
         for tile in gathering.tiles.drain(..) {
             let _ = self.requeue.send(Some(Job { tile, step: Step::Round(number + 1, plan.clone()) }));
         }

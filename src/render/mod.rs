@@ -18,6 +18,8 @@ mod pass;
 mod pixel;
 mod progress;
 mod round;
+mod stopwatch;
+mod thin;
 mod tile;
 mod view;
 

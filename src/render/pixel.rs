@@ -29,6 +29,8 @@ pub(super) struct Pixel {
     mixed: bool,
     /// Sum of the weights of paths that were not followed.
     cut: f32,
+    /// Expected squared error by its own samples (0 with one sample).
+    pub own: f32,
     /// What the last census made of it: its group, and its expected squared error (0 with one sample).
     pub group: Group,
     pub judged: f32,
@@ -117,6 +119,11 @@ impl Pixel {
         };
         let [r, g, b] = self.squares;
         (square(mean.r, r) + square(mean.g, g) + square(mean.b, b)) / 3.0
+    }
+
+    /// Variance of the brightness of single samples.
+    pub fn single_variance(&self) -> f32 {
+        self.spread / (self.count.max(2) - 1) as f32
     }
 
     /// p in V(n) = V(1) n^-p.

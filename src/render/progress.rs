@@ -3,6 +3,7 @@
 use super::convergence::Convergence;
 use super::forecast::{Eta, Forecast};
 use super::pixel::JUDGED;
+use super::stopwatch::Stopwatch;
 use super::{Cut, Pass, RayCounts, Rect, RenderEvent};
 use crate::scene::Scene;
 use std::collections::HashMap;
@@ -41,7 +42,7 @@ pub struct Progress {
     samples_per_pixel: u64,
     /// Pixels of the film that the first pass has not covered yet.
     uncovered: u64,
-    clock: Clock,
+    clock: Stopwatch,
     forecast: Forecast,
     /// Where rendering ends: the error in 8-bit codes, and the time.
     target: Option<f64>,
@@ -49,6 +50,7 @@ pub struct Progress {
     convergence: Convergence,
     /// What was not followed in each tile.
     cuts: HashMap<(u32, u32), Cut>,
+    largest_radiance: Option<f64>,
     pixels: u64,
     /// Part of the work done, when samples do not tell.
     part: f64,
@@ -72,6 +74,7 @@ impl Progress {
     pub fn new(scene: &Scene, threads: usize, now: Instant) -> Self {
         let render = scene.render;
         let mut progress = Self::of_film(scene.width, scene.height, render.samples, threads, now);
+        progress.largest_radiance = scene.largest_radiance;
         if let Some(target) = render.error.filter(|_| render.samples > JUDGED) {
             progress.target = Some(target);
             (progress.samples_total, progress.passes_total) = (None, None);
@@ -110,12 +113,13 @@ impl Progress {
             passes,
             samples_per_pixel: u64::from(samples),
             uncovered: pixels,
-            clock: Clock { begun: now, paused: Duration::ZERO, stopped: None },
+            clock: Stopwatch::started(now),
             forecast: Forecast::default(),
             target: None,
             time_limit: None,
             convergence: Convergence::of_pixels(pixels),
             cuts: HashMap::new(),
+            largest_radiance: None,
             pixels,
             part: 0.0,
         }
@@ -227,6 +231,15 @@ impl Progress {
         Cut { sum: all.sum / self.pixels.max(1) as f64, ..all }
     }
 
+    /// What the paths that were not followed can change at most, in linear light: mean over the pixels, and the worst pixel;
+    /// `None` if nothing bounds it.
+    pub fn cut_bound(&self) -> Option<Cut> {
+        let cut = self.cut();
+        // Nothing lacks nothing, however bright the scene.
+        let bound = |weight: f64| if weight == 0.0 { Some(0.0) } else { self.largest_radiance.map(|l| l * weight) };
+        Some(Cut { sum: bound(cut.sum)?, largest: bound(cut.largest)? })
+    }
+
     /// The error that ends the render, if it is one that does.
     pub fn target(&self) -> Option<f64> {
         self.target
@@ -284,32 +297,6 @@ impl Progress {
         if number > self.pass_number {
             self.pass_number = number;
             self.pass = Some(pass);
-        }
-    }
-}
-
-/// A clock that can be stopped.
-#[derive(Clone, Copy, Debug)]
-struct Clock {
-    begun: Instant,
-    /// Time that did not count.
-    paused: Duration,
-    /// Since when it stands still.
-    stopped: Option<Instant>,
-}
-
-impl Clock {
-    fn elapsed(&self, now: Instant) -> Duration {
-        self.stopped.unwrap_or(now).saturating_duration_since(self.begun).saturating_sub(self.paused)
-    }
-
-    fn stop(&mut self, now: Instant) {
-        self.stopped.get_or_insert(now);
-    }
-
-    fn go_on(&mut self, now: Instant) {
-        if let Some(since) = self.stopped.take() {
-            self.paused += now.saturating_duration_since(since);
         }
     }
 }

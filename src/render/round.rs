@@ -1,8 +1,9 @@
 //! One round of refinement: which pixels get more samples, and how wrong each is after it.
 
-use super::census::{Census, Plan};
+use super::census::{Census, FALL, Plan};
 use super::map::{Fit, Look, Map};
 use super::pixel::{JUDGED, Pixel};
+use super::thin::HITS;
 use crate::math::lowbias32;
 
 /// What all workers know in a round. It depends on the rounds before it alone, so that every order of tiles gives the
@@ -49,8 +50,8 @@ impl Round<'_> {
     pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
         let traced = pixel.traced();
         let wanted = match self.plan {
-            None if is_drawn(x, y) => JUDGED,
-            None => traced,
+            None if is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
+            None => traced.max(self.map.first_look(x, y)),
             Some(plan) => plan.refine(pixel.group, traced),
         };
         wanted.min(self.limit)
@@ -58,42 +59,73 @@ impl Round<'_> {
 
     /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
     /// was.
-    pub fn note(&self, pixel: &Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
+    pub fn note(&self, pixel: &mut Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
         let look = Look::of(pixel);
-        if before == 1 {
-            census.checked(pixel.group, self.map.look(x, y).distance2(look));
+        let distance2 = self.map.look(x, y).distance2(look);
+        let is_thin = self.map.first_look(x, y) > 0;
+        // What thin objects hide until they are hit is no measure for other pixels.
+        if !is_thin {
+            census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
+        }
+        if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
+            census.checked(pixel.group, distance2);
         }
         self.map.write(x, y, look);
+        // Pixels whose few samples say too little of their error are the ones that are not refined.
+        let n = f64::from(pixel.traced());
+        let doubt =
+            (1.0 + OPTIMISM / n) * if is_thin { thin_doubt(n, f64::from(self.map.first_look(x, y))) } else { 1.0 };
+        pixel.own = (pixel.variance() * doubt) as f32;
     }
 
     /// Expected squared error of a pixel before this round.
     pub fn error_before(&self, pixel: &Pixel) -> f64 {
-        self.plan.and_then(|plan| plan.single(pixel.group)).unwrap_or(f64::from(pixel.judged))
+        let single = self.plan.and_then(|plan| plan.single(pixel.group));
+        single.unwrap_or_else(|| self.corrected(pixel.judged))
+    }
+
+    /// A squared error that pixels tell, as the last census takes it.
+    pub fn corrected(&self, error: f32) -> f64 {
+        f64::from(error) * self.plan.map_or(1.0, |plan| plan.correction)
     }
 
     /// Puts a pixel into the census when all tiles have been traced.
     pub fn judge(&self, pixel: &mut Pixel, x: u32, y: u32, census: &mut Census) {
+        if !self.map.take_stale(x, y) {
+            census.again(pixel.group, f64::from(pixel.judged));
+            return;
+        }
         let traced = pixel.traced();
         let fit = self.map.fit(x, y);
         if traced < JUDGED {
             pixel.group = census.unchecked(fit);
             return;
         }
-        let n = f64::from(traced);
-        let missed = match fit {
-            Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
-            Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
-            _ => 0.0,
-        };
-        let is_plain = pixel.variance() * n.powf(1.5) < 1.0;
-        let chance = if is_plain { CORNER / n.sqrt() } else { 0.5 / n };
-        let error = own_error(pixel) + missed * chance;
-        pixel.judged = error as f32;
-        pixel.group = census.pixel(error, traced, self.limit.saturating_sub(traced));
+        pixel.judged = (f64::from(pixel.own) + missed(pixel, fit)) as f32;
+        pixel.group = census.pixel(f64::from(pixel.judged), traced, self.limit.saturating_sub(traced));
     }
 }
 
-/// Expected squared error of a pixel with enough samples by these alone.
-pub(super) fn own_error(pixel: &Pixel) -> f64 {
-    pixel.variance() * (1.0 + OPTIMISM / f64::from(pixel.traced()))
+/// Expected square of the error for what all samples of a pixel may have missed, as its neighbours show.
+fn missed(pixel: &Pixel, fit: Fit) -> f64 {
+    let n = f64::from(pixel.traced());
+    let error = match fit {
+        Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
+        Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
+        _ => return 0.0,
+    };
+    let is_plain = f64::from(pixel.own) * n * n.sqrt() < 1.0;
+    error * if is_plain { CORNER / n.sqrt() } else { 0.5 / n }
+}
+
+/// Something of the width w < 1 is not stratified by fewer than w^-2 samples, so that the variance falls as n^-1 only until
+/// then. The samples themselves tell a part of it, hence the power (a fence of 0.3 needs 1/2, a wire of 0.03 needs 1).
+fn thin_doubt(n: f64, first_look: f64) -> f64 {
+    n.sqrt().min(first_look / HITS).max(1.0).powf(0.75)
+}
+
+/// The part of the expected squared error E(n) that more samples take away. Since samples are added to those that are there, it
+/// is also the mean square of the change: E(n) - E(m).
+pub(super) fn share_gained(before: u32, after: u32) -> f64 {
+    1.0 - (f64::from(before) / f64::from(after)).powf(FALL)
 }

@@ -6,7 +6,7 @@ use super::event::{Cut, ErrorChange, TileImage, TileStats};
 use super::map::{Look, Map};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
-use super::round::{Round, own_error};
+use super::round::{Round, share_gained};
 use crate::description::Filter;
 use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
@@ -61,6 +61,8 @@ pub(super) struct Batch {
     pixels: Vec<u32>,
     samples: Vec<Sample>,
     scratch: Scratch,
+    /// What the pixels looked like before the pass.
+    looks: Vec<Look>,
     /// Pixels of a pass: which, how many samples they have and how many they are to have.
     wanted: Vec<(u32, u32, u32)>,
 }
@@ -248,19 +250,27 @@ impl Tile {
     }
 
     /// Puts down what the pixels look like that were traced in a round.
-    pub(super) fn note(&self, round: &Round, batch: &Batch, census: &mut Census) {
+    pub(super) fn note(&mut self, round: &Round, batch: &Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
         for &(at, before, _) in &batch.wanted {
-            round.note(&self.pixels[at as usize], before, x + at % width, y + at / width, census);
+            round.note(&mut self.pixels[at as usize], before, x + at % width, y + at / width, census);
         }
     }
 
     /// Judges all pixels when all tiles have been traced.
     pub(super) fn judge(&mut self, round: &Round, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
+        let mut sum = 0.0;
         for (at, pixel) in (0..).zip(&mut self.pixels) {
             round.judge(pixel, x + at % width, y + at / width, census);
+            sum += f64::from(pixel.judged);
         }
+        self.told = Some(sum);
+    }
+
+    /// What was last said of its squared error: about the work that it will be.
+    pub(super) fn told(&self) -> f64 {
+        self.told.unwrap_or_default()
     }
 
     /// The errors of all pixels and how their sum of squares has changed in a round that has a plan: what the last census
@@ -269,7 +279,7 @@ impl Tile {
         let mut squares: Vec<f64> = self.pixels.iter().map(|pixel| round.error_before(pixel)).collect();
         let before = squares.iter().sum();
         for &(at, ..) in &batch.wanted {
-            squares[at as usize] = own_error(&self.pixels[at as usize]);
+            squares[at as usize] = round.corrected(self.pixels[at as usize].own);
         }
         let change = ErrorChange { before: Some(before), now: squares.iter().sum() };
         (change, squares.into_iter().map(|square| square.sqrt() as f32).collect())
@@ -283,15 +293,28 @@ impl Tile {
             .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) })
     }
 
-    /// The errors of all pixels by their own samples, if all have enough; and how the sum of their squares has changed.
-    pub(super) fn own_errors(&mut self) -> Option<(ErrorChange, Vec<f32>)> {
-        if self.pixels.iter().any(|pixel| pixel.traced() < JUDGED) {
+    /// Keeps what the pixels look like before a pass of all pixels.
+    pub(super) fn remember(&self, batch: &mut Batch, pass: Pass) {
+        batch.looks.clear();
+        if matches!(pass, Pass::Refine { to, .. } if to >= JUDGED) {
+            batch.looks.extend(self.pixels.iter().map(Look::of));
+        }
+    }
+
+    /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too; and how
+    /// the sum of their squares has changed. The pixels' own variances only tell how it is shared among them.
+    pub(super) fn own_errors(&mut self, batch: &Batch, pass: Pass) -> Option<(ErrorChange, Vec<f32>)> {
+        let Pass::Refine { from, to } = pass else { return None };
+        if batch.looks.is_empty() {
             return None;
         }
-        let squares: Vec<f64> = self.pixels.iter().map(Pixel::variance).collect();
-        let now = squares.iter().sum();
+        let changes = self.pixels.iter().zip(&batch.looks).map(|(pixel, before)| before.distance2(Look::of(pixel)));
+        let gained = share_gained(from, to);
+        let now = changes.sum::<f64>() / gained * (1.0 - gained);
         let change = ErrorChange { before: self.told.replace(now), now };
-        Some((change, squares.into_iter().map(|square| square.sqrt() as f32).collect()))
+        let variances = || self.pixels.iter().map(Pixel::variance);
+        let scale = now / variances().sum::<f64>().max(1e-9);
+        Some((change, variances().map(|variance| (variance * scale).sqrt() as f32).collect()))
     }
 
     /// The pixels as they are known: the mean of the samples, or that of the nearest lattice point up and left.

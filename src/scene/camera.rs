@@ -2,7 +2,7 @@
 
 use crate::description::{CameraDesc, Projection};
 use crate::geometry::Ray;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Makes the primary ray of every point of the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,17 @@ impl Camera {
         }
     }
 
+    /// The point of the film that shows a point of the scene; `None` for what is not before the eye.
+    pub fn project(&self, point: DVec3) -> Option<DVec2> {
+        let off = point - self.position;
+        let depth = off.dot(self.forward);
+        let scale = if self.perspective { depth } else { 1.0 };
+        let (x, y) = (off.dot(self.right) / self.right.length_squared(), off.dot(self.up) / self.up.length_squared());
+        let (width, height) = self.size;
+        let at = DVec2::new((x / scale + 1.0) * width, (1.0 - y / scale) * height) / 2.0;
+        (depth > 0.0 && at.is_finite()).then_some(at)
+    }
+
     /// Whether all primary rays start in one point.
     pub fn has_one_eye(&self) -> bool {
         self.perspective
@@ -73,6 +84,20 @@ mod tests {
         // The upper edge is half the vertical field of view away.
         let top = camera.ray(3.5, 0.0).direction;
         assert!((top.angle_between(DVec3::NEG_Z) - 20f64.to_radians()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_a_ray_meets_is_seen_where_the_ray_was_sent() {
+        for projection in [Projection::Perspective { fov: 50.0 }, Projection::Orthographic { view_height: 3.0 }] {
+            let desc = CameraDesc { position: DVec3::new(3.0, 2.0, 5.0), projection, ..CameraDesc::default() };
+            let camera = Camera::new(&desc, 64, 48).unwrap();
+            for (x, y) in [(0.5, 0.5), (32.0, 24.0), (63.9, 1.0), (-7.0, 60.0)] {
+                let ray = camera.ray(x, y);
+                let at = camera.project(ray.origin + ray.direction * 7.0).unwrap();
+                assert!(at.distance(DVec2::new(x, y)) < 1e-9, "{at}");
+                assert_eq!(camera.project(ray.origin - ray.direction * 7.0), None);
+            }
+        }
     }
 
     #[test]

@@ -29,6 +29,7 @@ impl Leaf {
         let Some((centre, radius)) = self.ball else {
             return objects[self.object as usize].intersect::<K>(ray, self.object);
         };
+        #[allow(clippy::manual_map)] // `Option::map` is not inlined always.
         match K::sphere(ray, centre, radius) {
             Some(t) => Some(Hit { t, object: self.object, primitive: 0, u: 0.0, v: 0.0 }),
             None => None,

@@ -18,6 +18,7 @@ mod ray_tree;
 mod record;
 mod sample;
 mod sampler;
+mod tail;
 
 pub use packet::Scratch;
 pub use probe::{Probe, probe_sampler};

@@ -1,5 +1,6 @@
 //! Room for packets of rays and what they meet.
 
+use super::tail::Tail;
 use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
 use crate::scene::{MediumStack, PacketScratch, Way};
@@ -12,6 +13,8 @@ pub struct Scratch<R = ()> {
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
     pub(super) packets: PacketScratch,
+    /// One a sample.
+    pub(super) tails: Vec<Tail>,
     /// Hears what is traced.
     pub(super) recorder: R,
 }
@@ -98,7 +101,13 @@ pub(super) struct Beam {
 impl<R> Scratch<R> {
     /// Empty room, and a recorder.
     pub(super) fn with(recorder: R) -> Self {
-        Self { levels: Vec::new(), lighting: Lighting::default(), packets: PacketScratch::default(), recorder }
+        Self {
+            levels: Vec::new(),
+            lighting: Lighting::default(),
+            packets: PacketScratch::default(),
+            tails: Vec::new(),
+            recorder,
+        }
     }
 }
 

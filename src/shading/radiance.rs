@@ -7,6 +7,7 @@ use super::ray_tree::{Cut, RayKind};
 use super::record::Recorder;
 use super::sample::{RayCounts, Sample};
 use super::sampler::terms;
+use super::tail::Tail;
 use crate::bvh::TreeKernels;
 use crate::geometry::{Hit, Ray, SurfaceInteraction, reflect};
 use crate::math::Rgb;
@@ -23,12 +24,17 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    let Scratch { levels, lighting, packets, recorder } = scratch;
+    let Scratch { levels, lighting, packets, tails, recorder } = scratch;
     let depths = if TERMS & terms::MIRRORS != 0 { scene.render.max_depth as usize + 1 } else { 1 };
     if levels.len() < depths {
         levels.resize_with(depths, Level::default);
     }
     samples.fill(Sample::default());
+    tails.clear();
+    // Without an error to reach, what is cut is below all that a film can hold.
+    if TERMS & terms::MIRRORS != 0 && scene.render.error.is_some() {
+        tails.resize(samples.len(), Tail::default());
+    }
     let first = &mut levels[0];
     first.clear();
     for (sample, point) in (0..).zip(points) {
@@ -40,12 +46,16 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
         first.paths.push(Path { sample, parent: 0, share: 1.0, weight: 1.0 });
     }
     counts.camera += points.len() as u64;
-    let mut tracer = Tracer { scene, samples, counts, lighting, packets, recorder, stop };
+    let mut tracer = Tracer { scene, samples, counts, lighting, packets, tails, recorder, stop };
     tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
     tracer.recorder.end(&levels[0]);
     for (sample, &sum) in samples.iter_mut().zip(&levels[0].sums) {
         sample.radiance = sum;
+    }
+    for (sample, tail) in samples.iter_mut().zip(tails) {
+        sample.tail = tail.estimate(scene.largest_radiance);
+        sample.radiance += sample.tail;
     }
 }
 
@@ -55,6 +65,8 @@ struct Tracer<'a, R> {
     counts: &'a mut RayCounts,
     lighting: &'a mut Lighting,
     packets: &'a mut PacketScratch,
+    /// Empty if nothing that matters is cut.
+    tails: &'a mut [Tail],
     recorder: &'a mut R,
     stop: &'a AtomicBool,
 }
@@ -77,6 +89,11 @@ impl<R: Recorder> Tracer<'_, R> {
         }
         self.counts.shadow +=
             add_lights::<K, TERMS, R>(self.scene, self.lighting, level, self.packets, self.recorder, self.stop);
+        if TERMS & terms::MIRRORS != 0 && !self.tails.is_empty() {
+            for (path, &own) in level.paths.iter().zip(&level.sums) {
+                self.tails[path.sample as usize].meet(own);
+            }
+        }
         if TERMS & terms::MIRRORS != 0 {
             let Some(next) = deeper.first_mut() else { return };
             next.take(&mut level.reflected);
@@ -152,6 +169,9 @@ impl<R: Recorder> Tracer<'_, R> {
         if TERMS & terms::MIRRORS == 0 || (material.reflect == 0.0 && material.transmit == 0.0) {
             return;
         }
+        if let Some(tail) = self.tails.get_mut(sample as usize) {
+            tail.send_on(material.reflect + material.transmit);
+        }
         if depth >= scene.render.max_depth {
             let weight = weight * (material.reflect + material.transmit);
             self.samples[sample as usize].cut += weight;
@@ -182,6 +202,9 @@ impl<R: Recorder> Tracer<'_, R> {
         let worth_it = path.weight >= self.scene.least_weight;
         if !worth_it {
             self.samples[path.sample as usize].cut += path.weight;
+            if let Some(tail) = self.tails.get_mut(path.sample as usize) {
+                tail.cut(path.weight);
+            }
             self.recorder.cut(Cut { kind: Some(kind), weight: path.weight, depth: false });
         }
         worth_it

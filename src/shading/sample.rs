@@ -49,6 +49,8 @@ pub struct Sample {
     pub cut: f64,
     /// Whether a ray was inside of more transparent bodies at once than are kept track of.
     pub overfull: bool,
+    /// What those that weigh next to nothing are taken to bring: part of the radiance. See `tail`.
+    pub tail: Rgb,
 }
 
 impl Sample {

@@ -32,6 +32,8 @@ pub struct Numbers {
     pub error: Option<f64>,
     /// The error that ends the render.
     pub target: Option<f64>,
+    /// What rays that were not followed can change at most, mean over the pixels, as a part of white; `None` if nothing bounds it.
+    pub cut: Option<f64>,
     /// Time in seconds and estimated error.
     pub error_history: Vec<(f64, f64)>,
     /// Samples left out.
@@ -60,6 +62,7 @@ impl Numbers {
             rays: progress.rays,
             error: progress.error(),
             target: progress.target().filter(|target| *target > 0.0),
+            cut: progress.cut_bound().map(|bound| bound.sum),
             error_history: progress.error_history().iter().map(|(time, error)| (time.as_secs_f64(), *error)).collect(),
             non_finite: progress.non_finite,
             first_non_finite: progress.first_non_finite,

@@ -60,6 +60,7 @@ fn side(app: &App, area: Rect, buffer: &mut Buffer) {
         lines.push(row("elapsed", time(numbers.elapsed)));
         lines.push(row("left", left_text(app, numbers)));
         lines.push(row("error", error_text(numbers)));
+        lines.push(row("cut rays add", cut_text(numbers)));
         lines.push(row("first picture", numbers.first_picture.map_or("      –".into(), time)));
         lines.push(Line::default());
         lines.push(heading(mode, "Rays", format!("{}/s", si(numbers.rate(numbers.rays.total()))), width));
@@ -137,6 +138,7 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
             Some(_) => format!("   error {}", error_text(numbers)),
             None => format!("   pass {}", pass_count(numbers)),
         };
+        let pass = format!("{pass}   cut {}", cut_text(numbers));
         let mut line = progress_bar(mode, numbers, width.saturating_sub(Span::raw(&pass).width()));
         line.push_span(Span::styled(pass, mode.style(Role::Dim)));
         lines.push(line);
@@ -214,6 +216,15 @@ fn progress_bar(mode: ColorMode, numbers: &Numbers, width: usize) -> Line<'stati
 fn error_text(numbers: &Numbers) -> String {
     let error = numbers.error.map_or("–".into(), |error| format!("{error:.2}"));
     numbers.target.map_or(error.clone(), |target| format!("{error} → {target:.2}"))
+}
+
+/// "≤ 0.02 %": what rays that were not followed can add, of white.
+fn cut_text(numbers: &Numbers) -> String {
+    match numbers.cut {
+        None => "no bound".into(),
+        Some(0.0) => "nothing".into(),
+        Some(bound) => format!("≤ {:.2} %", (100.0 * bound).max(0.01)),
+    }
 }
 
 fn pass_count(numbers: &Numbers) -> String {
