@@ -106,7 +106,7 @@ pub fn render(
                     RenderEvent::TileFinished { tile, .. } => {
                         film.write(&tile);
                         if let Some(layers) = &mut layers {
-                            layers.write(&tile);
+                            layers.write(tile);
                         }
                     }
                     RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}

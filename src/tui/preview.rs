@@ -286,24 +286,26 @@ impl Preview {
 /// Upper pixel in the foreground colour, lower one in the background colour.
 pub const UPPER_HALF: &str = "▀";
 
-/// Mean of the film under a preview pixel, as an sRGB code.
+/// Mean of the film under a preview pixel, as an sRGB code. Plain loops: half of the time of a frame is spent here.
 fn mean(film: &Film, column: &Footprint, row: &Footprint) -> [u8; 3] {
-    let mut sum = [0.0f64; 3];
     let width = film.width() as usize;
+    let (mut r, mut g, mut b) = (0.0, 0.0, 0.0);
     for y in row.first..=row.last {
-        let mut line = [0.0f64; 3];
-        let pixels = &film.pixels()[y * width + column.first..=y * width + column.last];
-        for (x, pixel) in (column.first..).zip(pixels) {
-            let weight = column.weight(x);
-            for (sum, value) in line.iter_mut().zip(pixel) {
-                *sum += weight * f64::from(value.clamp(0.0, 1.0));
-            }
+        let line = &film.pixels()[y * width + column.first..=y * width + column.last];
+        let of = |i: usize| line[i].map(|value| f64::from(value.clamp(0.0, 1.0)));
+        // The last one twice if there is only one: its weight is told then by the first.
+        let last = line.len() - 1;
+        let ends = [(of(0), column.first_weight), (of(last), if last > 0 { column.last_weight } else { 0.0 })];
+        let [(first, a), (end, z)] = ends;
+        let mut sum = [first[0] * a + end[0] * z, first[1] * a + end[1] * z, first[2] * a + end[2] * z];
+        for i in 1..last {
+            let pixel = of(i);
+            sum = [sum[0] + pixel[0], sum[1] + pixel[1], sum[2] + pixel[2]];
         }
-        for (sum, line) in sum.iter_mut().zip(line) {
-            *sum += row.weight(y) * line;
-        }
+        let weight = row.weight(y);
+        (r, g, b) = (r + weight * sum[0], g + weight * sum[1], b + weight * sum[2]);
     }
-    sum.map(|s| linear_to_srgb8(s / (column.length() * row.length())))
+    [r, g, b].map(|sum| linear_to_srgb8(sum / (column.length() * row.length())))
 }
 
 /// The character of a cell without colours.

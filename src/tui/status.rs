@@ -78,6 +78,12 @@ fn hints(app: &App) -> Vec<(String, &'static str)> {
             here(Command::Cancel, "end"),
             ("←↓↑→".into(), "move"),
         ],
+        Scope::Tree if app.editor().tree.is_folded_here(app.desc()) => vec![
+            any(Command::ToggleHelp, "keys"),
+            here(Command::Turn(1), "open the group"),
+            any(Command::Filter, "search"),
+            any(Command::Focus(1), "properties"),
+        ],
         Scope::Tree => vec![
             any(Command::ToggleHelp, "keys"),
             any(Command::Transform(Motion::Move), "move"),

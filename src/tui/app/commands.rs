@@ -196,6 +196,7 @@ impl App {
             Command::Page(by) => tree.step(&desc, PAGE * isize::from(by)),
             Command::Ends(to) => tree.step(&desc, if to < 0 { isize::MIN } else { isize::MAX }),
             Command::Extend(by) => tree.extend(&desc, by.into()),
+            Command::Turn(by) => tree.fold(by < 0),
             Command::Mark => {
                 tree.toggle(tree.cursor());
                 tree.step(&desc, 1);

@@ -133,8 +133,12 @@ pub struct App {
     /// The description is newer than what was last given to the compiler.
     edited: bool,
     compiling: bool,
-    /// When the oldest edit was made that no whole picture shows yet.
+    /// When the oldest edit was made that the compiler was not given yet.
+    unheard: Option<Instant>,
+    /// When the oldest edit was made that it was given and no whole picture shows yet.
     unseen: Option<Instant>,
+    /// How long an edit waits for the first whole picture of the one before.
+    patience: Duration,
     /// From an edit to the first whole picture of it.
     latency: Option<Duration>,
     /// A save waits for the first whole picture.
@@ -203,7 +207,9 @@ impl App {
             watch_due: true,
             edited: true,
             compiling: false,
+            unheard: None,
             unseen: None,
+            patience: render::PATIENCE,
             latency: None,
             save_wanted: false,
             saved: None,
@@ -249,7 +255,7 @@ impl App {
         let was_edited = self.edited;
         let effects = self.happened(event, now);
         if self.edited && !was_edited && self.scene.is_some() {
-            self.unseen.get_or_insert(now);
+            self.unheard.get_or_insert(now);
         }
         effects
     }
