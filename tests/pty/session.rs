@@ -150,9 +150,14 @@ impl Session {
         self.wait("end of the search", |screen| !screen.contents().contains(&format!("/ {name}")));
     }
 
-    /// Gives the keys to the row of the properties with this label.
+    /// Gives the keys to the row of the properties with this label. No key is on its way when the next is sent.
     pub fn to_property(&self, label: &str) {
         self.press("Home");
+        self.wait("the first row", |screen| {
+            let text = screen.contents();
+            let mut below = text.lines().skip_while(|row| !row.contains("├──"));
+            below.nth(2).is_some_and(|row| row.contains("│ ▸ "))
+        });
         let deadline = Instant::now() + PATIENCE;
         loop {
             let here = self.property_here();
@@ -161,7 +166,7 @@ impl Session {
             }
             assert!(Instant::now() < deadline, "no {label}; the screen is\n{}", self.contents());
             self.press("Down");
-            self.wait("the next row", |screen| property_here(screen) != here || here.is_none());
+            self.wait("the next row", |screen| property_here(screen).is_some_and(|now| Some(now) != here));
         }
     }
 

@@ -237,7 +237,7 @@ fn the_end_of_a_render_saves_the_picture_and_says_where() {
     assert_eq!(stage.app.exit(), None);
     stage.keys("s");
     stage.tell(Event::Saved(Err("no room on the disk".into())));
-    assert_eq!(stage.app.message().unwrap().tone, Tone::Bad);
+    assert_eq!(stage.app.note().unwrap().tone, Tone::Bad);
     assert!(stage.status().contains("cannot save balls.png: no room"), "{}", stage.status());
 }
 

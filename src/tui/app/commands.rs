@@ -40,7 +40,7 @@ impl App {
 
     /// Does what a key means.
     pub fn command(&mut self, command: Command, now: Instant) -> Vec<Effect> {
-        self.message = None;
+        (self.message, self.note) = (None, None);
         match command {
             Command::Quit => self.quit(now),
             Command::ToggleHelp => self.dialog = Some(Dialog::Help(Help::default())),

@@ -122,6 +122,8 @@ pub struct App {
     numbers: Option<Numbers>,
     activity: Activity,
     message: Option<Message>,
+    /// What became of the picture: beside the message, since it is the answer to no key.
+    note: Option<Message>,
     /// What is wrong with the scene's file on the disk.
     broken_file: Option<Vec<String>>,
     /// Files that have changed since the scene was compiled.
@@ -201,6 +203,7 @@ impl App {
             numbers: None,
             activity: Activity::Compiling,
             message: None,
+            note: None,
             broken_file: None,
             changed: Vec::new(),
             watched: BTreeSet::new(),
@@ -309,11 +312,12 @@ impl App {
     fn picture_saved(&mut self, result: Result<u32, String>) {
         self.saves_running = self.saves_running.saturating_sub(1);
         let file = self.output_text();
-        match &result {
-            Ok(100) => self.tell(Tone::Good, format!("saved {file}")),
-            Ok(percent) => self.tell(Tone::Good, format!("saved {file} at {percent} %")),
-            Err(reason) => self.tell(Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
-        }
+        let (tone, text) = match &result {
+            Ok(100) => (Tone::Good, format!("saved {file}")),
+            Ok(percent) => (Tone::Good, format!("saved {file} at {percent} %")),
+            Err(reason) => (Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
+        };
+        self.note = Some(Message { text, tone });
         self.saved = Some(result);
         self.saves_end();
         self.end_if_alone();
@@ -334,6 +338,7 @@ impl App {
             self.exit = Some(exit);
         } else {
             let key = self.keymap.key_of(Command::Quit);
+            self.note = None;
             self.tell(Tone::Plain, format!("saving {}; {key} leaves at once", self.output_text()));
             self.leaving = Some((exit, now + SAVE_PATIENCE));
         }

@@ -1,6 +1,6 @@
 //! The render from compile to saved picture.
 
-use super::{Activity, App, HANG_UP, Tone};
+use super::{Activity, App, HANG_UP, Message, Tone};
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress, RenderEvent};
 use crate::scene::{CompileError, Scene};
@@ -58,6 +58,7 @@ impl App {
     /// render.
     pub(super) fn restart(&mut self) {
         self.edited = true;
+        self.note = None;
         if self.activity == Activity::Paused {
             self.activity = Activity::Compiling;
         }
@@ -188,7 +189,7 @@ impl App {
             self.tell(Tone::Plain, "will be saved as soon as the whole picture is there".into());
             return Vec::new();
         }
-        self.tell(Tone::Plain, format!("saving {}", self.output_text()));
+        self.note = Some(Message { text: format!("saving {}", self.output_text()), tone: Tone::Plain });
         self.saves_running += 1;
         vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
     }
