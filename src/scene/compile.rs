@@ -11,6 +11,7 @@ use crate::bvh::{Bvh, Isa};
 use crate::description::{
     MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, builtin, printable,
 };
+use crate::geometry::Aabb;
 use crate::math::Affine;
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -416,6 +417,20 @@ impl Scene {
         let Assets { meshes, images } = &self.assets;
         let models = meshes.iter().flat_map(|((file, _), mesh)| mesh.libraries.iter().chain([file]));
         models.chain(images.keys()).filter(|file| builtin(file).is_none()).cloned().collect()
+    }
+
+    /// The box in world space of an object as it is described, which may be another place than it has here, with the models
+    /// of this scene; `None` if it has no end, or its model is not known here.
+    pub fn bounds_of(&self, object: &ObjectDesc) -> Option<Aabb> {
+        if let ShapeDesc::Mesh { file, crease } = &object.shape
+            && !self.assets.meshes.contains_key(&(file.clone(), crease.to_bits()))
+        {
+            return None;
+        }
+        let mut placed = Vec::new();
+        place(object, 0, &self.assets, &mut placed)?;
+        let boxes = placed.iter().map(Object::bounds).collect::<Option<Vec<_>>>()?;
+        boxes.into_iter().reduce(Aabb::union)
     }
 
     /// Fills in the summary.

@@ -246,7 +246,7 @@ fn every_property_is_a_row_that_is_turned_typed_and_reset() {
     session.enter("ior", "1.5", "1.5");
     session.to_property("fresnel");
     session.press("Enter");
-    session.wait_for_property("fresnel", "yes");
+    session.wait_for_property("fresnel", "on");
     session.enter("priority", "2", "2");
     // Out of its range: told, and typed anew.
     session.to_property("reflect");
@@ -366,10 +366,18 @@ fn colours_and_textures_are_chosen_in_dialogs_and_seen_at_once() {
 const DIALOGS: &str = "";
 
 fn has_color(screen: &vt100::Screen, wanted: impl Fn(u8, u8, u8) -> bool) -> bool {
+    !cells(screen, wanted).is_empty()
+}
+
+/// Columns and rows of the cells of pixels whose upper one has such a colour.
+fn cells(screen: &vt100::Screen, wanted: impl Fn(u8, u8, u8) -> bool) -> Vec<(u16, u16)> {
     let (rows, columns) = screen.size();
-    let cells = (0..rows.get()).flat_map(|y| (0..columns.get()).map(move |x| (y, x)));
-    let colors = cells.filter_map(|(y, x)| screen.cell(y, x)).flat_map(|cell| [cell.fgcolor(), cell.bgcolor()]);
-    colors.into_iter().any(|color| matches!(color, vt100::Color::Rgb(r, g, b) if wanted(r, g, b)))
+    let all = (0..rows.get()).flat_map(|y| (0..columns.get()).map(move |x| (x, y)));
+    let is_wanted = |(x, y): &(u16, u16)| {
+        let cell = screen.cell(*y, *x).filter(|cell| cell.contents() == "▀");
+        cell.is_some_and(|cell| matches!(cell.fgcolor(), vt100::Color::Rgb(r, g, b) if wanted(r, g, b)))
+    };
+    all.filter(is_wanted).collect()
 }
 
 /// What the file is to hold after a change of the description.
@@ -448,10 +456,11 @@ fn pixels_are_picked_and_explained_by_keys_and_by_the_mouse() {
     session.press("Enter Escape");
     session.wait("the ball in the properties", |screen| below_the_tree(screen).contains("left"));
     // The other one with the mouse, and both with a modifier.
-    let middle = (41, 15);
-    session.click(middle.0 + 9, middle.1, false);
+    let balls = cells(session.far().parser.screen(), |r, g, b| r > 120 && g < r / 2 && b < r / 2);
+    let (leftmost, rightmost) = (balls.iter().min().unwrap(), balls.iter().max().unwrap());
+    session.click(rightmost.0, rightmost.1, false);
     session.wait("the other ball", |screen| below_the_tree(screen).contains("right"));
-    session.click(middle.0 - 9, middle.1, true);
+    session.click(leftmost.0, leftmost.1, true);
     session.wait_for_text("2 selected");
     session.press("Y");
     session.wait_for_text("Why this colour?");

@@ -35,11 +35,12 @@ impl Directories {
         if builtin(path).is_some() {
             return text(path);
         }
-        if let Ok(inside) = path.strip_prefix(&self.new) {
+        // Two paths of one kind can be compared; else the one has to become absolute.
+        let alike = path.is_absolute() == self.new.is_absolute();
+        if alike && let Ok(inside) = path.strip_prefix(&self.new) {
             return text(inside);
         }
-        // Two paths of one kind can be compared; else the one has to become absolute.
-        let (path, from) = if path.is_absolute() == self.new.is_absolute() {
+        let (path, from) = if alike {
             (path.to_owned(), self.new.clone())
         } else {
             let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
