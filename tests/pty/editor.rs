@@ -126,11 +126,134 @@ fn every_kind_of_thing_is_added_and_saved_under_another_name() {
     session.send("toml\r");
     session.wait_for_status("saved all.toml");
     assert_eq!(session.read("ball.toml"), SCENE);
-    assert_eq!(session.read("all.toml"), format!("{SCENE}{ADDED}"));
+    assert_eq!(session.read("all.toml"), ADDED);
     leave(session);
 }
 
-const ADDED: &str = "";
+const ADDED: &str = r##"# a table for tests
+[film]
+width = 160                # small
+height = 90
+
+[camera]
+position = [0, 1, 8]
+look_at = [0, 0, 0]
+fov = 40
+
+[render]
+samples = 1
+
+[[light]]
+name = "lamp"
+position = [4, 6, 3]       # above
+
+[[light]]
+name = "lamp 2"
+kind = "point"
+position = [3.4, 6, 4.1]
+intensity = 0.5
+
+[[light]]
+name = "sun"
+kind = "directional"
+direction = [-0.43, -0.75, -0.51]
+intensity = 0.5
+
+[[material]]
+name = "paint"             # one of
+color = "tomato"
+
+[[material]]
+name = "sphere"
+color = "#3d7ea6"
+
+[[material]]
+name = "cuboid"
+color = "#e0a030"
+
+[[material]]
+name = "cylinder"
+color = "#588157"
+
+[[material]]
+name = "cone"
+color = "#8d6a9f"
+
+[[material]]
+name = "plane"
+color = "#b0b0b0"
+
+[[material]]
+name = "quad"
+color = "#c8553d"
+
+[[material]]
+name = "material"
+color = "#3d7ea6"
+
+[[object]]
+name = "left"
+shape = "sphere"
+radius = 0.75              # round
+translate = [-1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "right"
+shape = "sphere"
+radius = 0.75
+translate = [1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "floor"
+shape = "plane"
+translate = [0, -1, 0]     # below
+
+[[object]]
+name = "sphere"
+shape = "sphere"
+radius = 0.75
+material = "sphere"
+
+[[object]]
+name = "cuboid"
+shape = "cuboid"
+size = [1.5, 1.5, 1.5]
+material = "cuboid"
+
+[[object]]
+name = "cylinder"
+shape = "cylinder"
+radius = 0.75
+height = 1.5
+material = "cylinder"
+
+[[object]]
+name = "cone"
+shape = "cone"
+radius = 0.75
+height = 1.5
+material = "cone"
+
+[[object]]
+name = "plane"
+shape = "plane"
+material = "plane"
+translate = [0, -0.75, 0]
+
+[[object]]
+name = "quad"
+shape = "quad"
+size = [1.5, 1.5]
+material = "quad"
+
+[[object]]
+name = "box"
+shape = "mesh"
+file = "box.obj"
+scale = 0.75
+"##;
 
 /// The scene with the entries from this line on replaced: what the file is to be after a session.
 fn with(changes: &[(&str, &str)]) -> String {
@@ -190,7 +313,47 @@ fn the_tree_hides_renames_duplicates_deletes_orders_and_finds() {
     leave(session);
 }
 
-const TREE: &str = "";
+const TREE: &str = r##"# a table for tests
+[film]
+width = 160                # small
+height = 90
+
+[camera]
+position = [0, 1, 8]
+look_at = [0, 0, 0]
+fov = 40
+
+[render]
+samples = 1
+
+[[light]]
+name = "lamp"
+position = [4, 6, 3]       # above
+
+[[material]]
+name = "paint red"             # one of
+color = "tomato"
+
+[[object]]
+name = "big ball"
+shape = "sphere"
+radius = 0.75              # round
+translate = [-1, 0, 0]
+material = "paint red"
+
+[[object]]
+name = "floor"
+shape = "plane"
+translate = [0, -1, 0]     # below
+visible = false
+
+[[object]]
+name = "big ball 2"
+shape = "sphere"
+radius = 0.75
+translate = [-0.5, 0, 0]
+material = "paint red"
+"##;
 
 #[test]
 fn one_and_several_are_moved_turned_and_scaled_by_keys_numbers_and_expressions() {
@@ -229,7 +392,50 @@ fn one_and_several_are_moved_turned_and_scaled_by_keys_numbers_and_expressions()
     leave(session);
 }
 
-const TRANSFORMED: &str = "";
+const TRANSFORMED: &str = r##"# a table for tests
+[film]
+width = 160                # small
+height = 90
+
+[camera]
+position = [0, 1, 8]
+look_at = [0, 0, 0]
+fov = 40
+
+[render]
+samples = 1
+
+[[light]]
+name = "lamp"
+position = [4, 7, 3]       # above
+
+[[material]]
+name = "paint"             # one of
+color = "tomato"
+
+[[object]]
+name = "left"
+shape = "sphere"
+radius = 1.5              # round
+translate = [-0.810936033726, 2.10057458733, 1.93694772503]
+material = "paint"
+rotate = [90, 45, 90]
+scale = [2.5495097568, 2.5495097568, 2]
+
+[[object]]
+name = "right"
+shape = "sphere"
+radius = 1.5
+translate = [1.17361966107, -0.051355951657, -0.0630522068574]
+material = "paint"
+rotate = [0, 90, 0]
+scale = 3.15
+
+[[object]]
+name = "floor"
+shape = "plane"
+translate = [0, -1, 0]     # below
+"##;
 
 #[test]
 fn every_property_is_a_row_that_is_turned_typed_and_reset() {
@@ -363,21 +569,59 @@ fn colours_and_textures_are_chosen_in_dialogs_and_seen_at_once() {
     leave(session);
 }
 
-const DIALOGS: &str = "";
+const DIALOGS: &str = r##"# a table for tests
+[film]
+width = 160                # small
+height = 90
+
+[camera]
+position = [0, 1, 8]
+look_at = [0, 0, 0]
+fov = 40
+
+[render]
+samples = 1
+
+[[light]]
+name = "lamp"
+position = [4, 6, 3]       # above
+
+[[material]]
+name = "paint"             # one of
+color = "tomato"
+
+[[object]]
+name = "left"
+shape = "sphere"
+radius = 0.75              # round
+translate = [-1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "right"
+shape = "sphere"
+radius = 0.75
+translate = [1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "floor"
+shape = "plane"
+translate = [0, -1, 0]     # below
+"##;
 
 fn has_color(screen: &vt100::Screen, wanted: impl Fn(u8, u8, u8) -> bool) -> bool {
     !cells(screen, wanted).is_empty()
 }
 
-/// Columns and rows of the cells of pixels whose upper one has such a colour.
+/// Columns and rows of the cells of the picture, or of dialogs over it, one of whose pixels has such a colour.
 fn cells(screen: &vt100::Screen, wanted: impl Fn(u8, u8, u8) -> bool) -> Vec<(u16, u16)> {
-    let (rows, columns) = screen.size();
-    let all = (0..rows.get()).flat_map(|y| (0..columns.get()).map(move |x| (x, y)));
-    let is_wanted = |(x, y): &(u16, u16)| {
-        let cell = screen.cell(*y, *x).filter(|cell| cell.contents() == "▀");
-        cell.is_some_and(|cell| matches!(cell.fgcolor(), vt100::Color::Rgb(r, g, b) if wanted(r, g, b)))
+    let all = (0..DESK.rows).flat_map(|y| (0..DESK.columns - 38).map(move |x| (x, y)));
+    let is_wanted = |color| matches!(color, vt100::Color::Rgb(r, g, b) if wanted(r, g, b));
+    let has = |(x, y): &(u16, u16)| {
+        screen.cell(*y, *x).is_some_and(|cell| [cell.fgcolor(), cell.bgcolor()].into_iter().any(is_wanted))
     };
-    all.filter(is_wanted).collect()
+    all.filter(has).collect()
 }
 
 /// What the file is to hold after a change of the description.
@@ -466,8 +710,9 @@ fn pixels_are_picked_and_explained_by_keys_and_by_the_mouse() {
     session.wait_for_text("Why this colour?");
     session.press("Escape");
     session.wait("end of the box", |screen| !screen.contents().contains("Why this colour?"));
-    // A click beside everything is the world.
-    session.click(3, 6, false);
+    // A click beside everything is the world: the sky begins in the upper left corner of the picture.
+    let sky = cells(session.far().parser.screen(), |_, _, _| true).into_iter().min_by_key(|(x, y)| (*y, *x)).unwrap();
+    session.click(sky.0, sky.1 + 1, false);
     session.wait("the world", |screen| below_the_tree(screen).contains("background"));
     assert!(!session.contents().contains("● not saved"));
     leave(session);
@@ -519,7 +764,47 @@ fn views_help_palette_and_adviser_are_there() {
     leave(session);
 }
 
-const ADVISED: &str = "";
+const ADVISED: &str = r##"# a table for tests
+[film]
+width = 160                # small
+height = 90
+
+[camera]
+position = [0, 1, 8]
+look_at = [0, 0, 0]
+fov = 40
+
+[render]
+samples = 1
+max_depth = 0
+
+[[light]]
+name = "lamp"
+position = [4, 6, 3]       # above
+
+[[material]]
+name = "paint"             # one of
+color = "tomato"
+
+[[object]]
+name = "left"
+shape = "sphere"
+radius = 0.75              # round
+translate = [-1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "right"
+shape = "sphere"
+radius = 0.75
+translate = [1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "floor"
+shape = "plane"
+translate = [0, -1, 0]     # below
+"##;
 
 #[test]
 fn keys_are_others_where_the_users_file_says_so() {
@@ -554,7 +839,10 @@ fn keys_are_others_where_the_users_file_says_so() {
     session.wait_for_text("hidden sphere");
     session.press("S");
     session.wait_for_status("saved ball.toml");
-    assert_eq!(session.read("ball.toml"), with(&[("[-1, 0, 0]\nmaterial", "[-1, 0, 0]\nvisible = false\nmaterial")]));
+    assert_eq!(
+        session.read("ball.toml"),
+        with(&[("[-1, 0, 0]\nmaterial = \"paint\"\n", "[-1, 0, 0]\nmaterial = \"paint\"\nvisible = false\n")])
+    );
     leave(session);
 }
 
@@ -622,5 +910,8 @@ fn quitting_with_changes_asks_and_each_answer_does_what_it_says() {
     session.press("s");
     assert_eq!(session.end(), 0);
     session.assert_restored();
-    assert_eq!(session.read("ball.toml"), with(&[("[-1, 0, 0]\nmaterial", "[-1, 0, 0]\nvisible = false\nmaterial")]));
+    assert_eq!(
+        session.read("ball.toml"),
+        with(&[("[-1, 0, 0]\nmaterial = \"paint\"\n", "[-1, 0, 0]\nmaterial = \"paint\"\nvisible = false\n")])
+    );
 }

@@ -43,7 +43,8 @@ impl Directories {
         let (path, from) = if alike {
             (path.to_owned(), self.new.clone())
         } else {
-            let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+            let here = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_owned() };
+            let absolute = |path: &Path| std::path::absolute(here(path)).unwrap_or_else(|_| path.to_owned());
             (absolute(path), absolute(&self.new))
         };
         // From a directory that is reached by `..` nothing leads back by names alone.

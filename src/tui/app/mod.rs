@@ -7,6 +7,7 @@ mod files;
 mod pointing;
 mod read;
 mod render;
+mod saving;
 mod views;
 
 use super::color::ColorMode;
@@ -160,6 +161,8 @@ pub struct App {
 
 /// Leaving does not wait longer than this for saves: a pipe that nobody reads or a disk that is gone takes for ever.
 const SAVE_PATIENCE: Duration = Duration::from_secs(2);
+/// When the terminal is gone nobody can leave at once: there is more time, for large pictures.
+const SAVE_PATIENCE_ALONE: Duration = Duration::from_secs(10);
 /// SIGHUP, on every system that has it.
 const HANG_UP: i32 = 1;
 
@@ -277,12 +280,13 @@ impl App {
             Event::Render(event) => return self.render(event, now),
             Event::Probed(event) => self.probed(event),
             Event::Compiled(result) => return self.compiled(result, now),
-            Event::Saved(result) => self.picture_saved(result),
+            Event::Saved(result) => self.picture_saved(result, now),
             Event::Listed { directory, entries } => return self.listed(&directory, entries),
             Event::Looked { file, picture } => self.looked(&file, picture),
             Event::Advised { desc, found } => self.advised(&desc, found),
             Event::Measured { file, bounds } => self.measured(file, bounds),
             Event::SceneWritten { written, result } => self.scene_written(written, result, now),
+            Event::ModelWritten { change, text, result } => self.model_written(&change, text, result),
             Event::FilesChanged(files) => return self.files_changed(files),
             Event::Reread { file, result } => self.reread(&file, result),
             Event::Terminated(signal) => self.leave(Exit::Signal(signal), now),
@@ -300,7 +304,7 @@ impl App {
                     if self.activity == Activity::Paused {
                         effects.extend(self.set_paused(false, now));
                     }
-                    self.end_if_alone();
+                    self.end_if_alone(now);
                     return effects;
                 }
             }
@@ -309,7 +313,7 @@ impl App {
         Vec::new()
     }
 
-    fn picture_saved(&mut self, result: Result<u32, String>) {
+    fn picture_saved(&mut self, result: Result<u32, String>, now: Instant) {
         self.saves_running = self.saves_running.saturating_sub(1);
         let file = self.output_text();
         let (tone, text) = match &result {
@@ -320,7 +324,7 @@ impl App {
         self.note = Some(Message { text, tone });
         self.saved = Some(result);
         self.saves_end();
-        self.end_if_alone();
+        self.end_if_alone(now);
     }
 
     /// Leaves if that waited for the last save.

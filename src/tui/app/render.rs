@@ -1,6 +1,6 @@
 //! The render from compile to saved picture.
 
-use super::{Activity, App, HANG_UP, Message, Tone};
+use super::{Activity, App, HANG_UP, Message, SAVE_PATIENCE_ALONE, Tone};
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress, RenderEvent};
 use crate::scene::{CompileError, Scene};
@@ -145,7 +145,7 @@ impl App {
                 self.activity = Activity::Failed;
                 self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
-                self.end_if_alone();
+                self.end_if_alone(now);
                 Vec::new()
             }
         }
@@ -170,13 +170,15 @@ impl App {
             RenderEvent::Finished => {
                 self.shown.force();
                 self.activity = Activity::Finished;
-                return self.save();
+                let effects = self.save();
+                self.end_if_alone(now);
+                return effects;
             }
             RenderEvent::Failed(error) => {
                 self.activity = Activity::Failed;
                 self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
-                self.end_if_alone();
+                self.end_if_alone(now);
             }
         }
         Vec::new()
@@ -213,13 +215,16 @@ impl App {
         !self.is_restarting() && self.has_first_picture()
     }
 
-    /// Without a terminal the program lives only until the picture is saved.
-    pub(super) fn end_if_alone(&mut self) {
-        let working = self.is_restarting()
-            || matches!(self.activity, Activity::Compiling | Activity::Rendering)
-            || self.saves_running > 0;
-        if self.hung_up && !working {
+    /// Without a terminal the program lives only until the picture is saved, and no longer than saving may take.
+    pub(super) fn end_if_alone(&mut self, now: Instant) {
+        let working = self.is_restarting() || matches!(self.activity, Activity::Compiling | Activity::Rendering);
+        if !self.hung_up || working {
+            return;
+        }
+        if self.saves_running == 0 {
             self.exit = Some(Exit::Signal(HANG_UP));
+        } else if self.leaving.is_none() {
+            self.leaving = Some((Exit::Signal(HANG_UP), now + SAVE_PATIENCE_ALONE));
         }
     }
 }
