@@ -223,12 +223,20 @@ fn a_mesh_of_triangles_below_a_tenth_of_a_pixel_becomes_a_coarser_one_and_a_near
     let directory = std::env::temp_dir().join(format!("glimt-advice-coarse-{}", std::process::id()));
     fs::create_dir_all(&directory).unwrap();
     let file = directory.join("egg.obj");
-    fs::write(&file, ball_obj(96)).unwrap();
+    // Blunt below and pointed above: no ball.
+    let pointed = |line: &str| match line.strip_prefix("v ").map(|v| v.split(' ').map(str::parse).map(Result::unwrap)) {
+        Some(v) => {
+            let [x, y, z]: [f64; 3] = v.collect::<Vec<_>>().try_into().unwrap();
+            format!("v {x} {} {z}\n", if y > 0.0 { 1.8 * y } else { y })
+        }
+        None => format!("{line}\n"),
+    };
+    fs::write(&file, ball_obj(96).lines().map(pointed).collect::<String>()).unwrap();
     let text = |scale: f64, more: &str| {
         format!(
             "{VIEW}[[material]]\nname = \"paint\"\n{more}[[object]]\nname = \"egg\"\nshape = \"mesh\"\nfile = \"egg.obj\"\n\
              material = \"paint\"\nscale = [{scale}, {}, {scale}]\ntranslate = [{}, 0.5, 0]\n[[object]]\nshape = \"plane\"\n",
-            1.6 * scale,
+            scale,
             -3.0 * scale
         )
     };

@@ -466,6 +466,10 @@ fn every_property_is_a_row_that_is_turned_typed_and_reset() {
     session.to_property("texture");
     session.press("Right");
     session.wait_for_property("texture", "‹ checker ›");
+    session.to_property("checker second");
+    session.press("Enter");
+    session.wait_for_text("saturation");
+    session.send("#000080\r");
     session.enter("checker size", "0.5", "0.5");
     session.enter("texture scale u", "3", "3");
     session.press("Tab Tab");
@@ -521,7 +525,68 @@ fn every_property_is_a_row_that_is_turned_typed_and_reset() {
     leave(session);
 }
 
-const PROPERTIES: &str = "";
+const PROPERTIES: &str = r##"# a table for tests
+[film]
+width = 120                # small
+height = 90
+
+[camera]
+position = [0.5, 1, 8]
+look_at = [0, 0, 0]
+fov = 45
+
+[render]
+samples = 2
+shading = "phong"
+max_depth = 3
+filter = "tent"
+shadows = "filtered"
+numerics = "reference"
+error = 4
+
+[[light]]
+name = "lamp"
+position = [4, 6, 3]       # above
+falloff = "inverse-square"
+intensity = 0.75
+
+[[material]]
+name = "paint"             # one of
+color = "tomato"
+texture = { checker = ["#ff6347", "#000080"], size = 0.5, scale = [3, 1] }
+ambient = 0.3
+diffuse = 0.86
+specular = 0.4
+shininess = 64
+reflect = 0.25
+fresnel = true
+priority = 2
+
+[[object]]
+name = "left"
+shape = "sphere"
+radius = 0.75              # round
+translate = [-1, 0, 0]
+material = "paint"
+rotate = [0, 90, 0]
+scale = [2, 1, 1]
+
+[[object]]
+name = "right"
+shape = "sphere"
+radius = 0.75
+translate = [1, 0, 0]
+material = "paint"
+
+[[object]]
+name = "floor"
+shape = "plane"
+translate = [0, -1, 0]     # below
+
+[world]
+background = { top = "#112233", bottom = "#000000" }
+ior = 1.33
+"##;
 
 #[test]
 fn colours_and_textures_are_chosen_in_dialogs_and_seen_at_once() {
@@ -585,10 +650,16 @@ samples = 1
 [[light]]
 name = "lamp"
 position = [4, 6, 3]       # above
+color = "#ffffeb"
 
 [[material]]
 name = "paint"             # one of
-color = "tomato"
+color = "#4682b4"
+
+[[material]]
+name = "material"
+color = "#3d7ea6"
+texture = { file = "cloth.png", wrap = "clamp", scale = [1.1, 1.5] }
 
 [[object]]
 name = "left"
@@ -608,6 +679,10 @@ material = "paint"
 name = "floor"
 shape = "plane"
 translate = [0, -1, 0]     # below
+material = "material"
+
+[world]
+background = "#203040"
 "##;
 
 fn has_color(screen: &vt100::Screen, wanted: impl Fn(u8, u8, u8) -> bool) -> bool {
@@ -701,10 +776,15 @@ fn pixels_are_picked_and_explained_by_keys_and_by_the_mouse() {
     session.wait("the ball in the properties", |screen| below_the_tree(screen).contains("left"));
     // The other one with the mouse, and both with a modifier.
     let balls = cells(session.far().parser.screen(), |r, g, b| r > 120 && g < r / 2 && b < r / 2);
-    let (leftmost, rightmost) = (balls.iter().min().unwrap(), balls.iter().max().unwrap());
-    session.click(rightmost.0, rightmost.1, false);
+    // One in the midst of each.
+    let of = |side: fn(u16) -> bool| {
+        let cells: Vec<_> = balls.iter().filter(|(x, _)| side(*x)).collect();
+        *cells[cells.len() / 2]
+    };
+    let (left, right) = (of(|x| x < 41), of(|x| x > 41));
+    session.click(right.0, right.1, false);
     session.wait("the other ball", |screen| below_the_tree(screen).contains("right"));
-    session.click(leftmost.0, leftmost.1, true);
+    session.click(left.0, left.1, true);
     session.wait_for_text("2 selected");
     session.press("Y");
     session.wait_for_text("Why this colour?");
