@@ -1,7 +1,7 @@
 //! The interface at work, but for terminal and disk: the state, the threads that compile and trace for it, and the times
 //! of its frames.
 
-use super::app::App;
+use super::app::{Activity, App};
 use super::event::{Effect, Event};
 use super::session::spawn;
 use super::view::view;
@@ -200,10 +200,15 @@ impl Engine {
             return None;
         }
         (self.frame_due, self.held, self.last_frame) = (None, None, now);
+        // The picture that somebody waits for is painted by a processor of its own: the workers rest for these milliseconds.
+        let resting =
+            self.render.as_ref().filter(|_| self.app.is_awaited() && self.app.activity() == Activity::Rendering);
+        resting.iter().for_each(|render| render.pause());
         self.app.refresh(now);
         let (columns, rows) = self.app.size();
         let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
         view(&self.app, &mut buffer);
+        resting.iter().for_each(|render| render.resume());
         Some(buffer)
     }
 

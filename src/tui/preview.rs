@@ -286,26 +286,34 @@ impl Preview {
 /// Upper pixel in the foreground colour, lower one in the background colour.
 pub const UPPER_HALF: &str = "▀";
 
-/// Mean of the film under a preview pixel, as an sRGB code. Plain loops: half of the time of a frame is spent here.
+/// Mean of the film under a preview pixel, as an sRGB code. Plain loops: most of the time of a frame is spent here.
 fn mean(film: &Film, column: &Footprint, row: &Footprint) -> [u8; 3] {
     let width = film.width() as usize;
     let (mut r, mut g, mut b) = (0.0, 0.0, 0.0);
     for y in row.first..=row.last {
         let line = &film.pixels()[y * width + column.first..=y * width + column.last];
-        let of = |i: usize| line[i].map(|value| f64::from(value.clamp(0.0, 1.0)));
-        // The last one twice if there is only one: its weight is told then by the first.
-        let last = line.len() - 1;
-        let ends = [(of(0), column.first_weight), (of(last), if last > 0 { column.last_weight } else { 0.0 })];
-        let [(first, a), (end, z)] = ends;
-        let mut sum = [first[0] * a + end[0] * z, first[1] * a + end[1] * z, first[2] * a + end[2] * z];
-        for i in 1..last {
-            let pixel = of(i);
-            sum = [sum[0] + pixel[0], sum[1] + pixel[1], sum[2] + pixel[2]];
+        let (mut red, mut green, mut blue) = (0.0, 0.0, 0.0);
+        for pixel in line {
+            red += in_range(pixel[0]);
+            green += in_range(pixel[1]);
+            blue += in_range(pixel[2]);
         }
+        // Those at the ends were counted whole.
+        let (first, last) = (line[0], line[line.len() - 1]);
+        let less = [1.0 - column.first_weight, if line.len() > 1 { 1.0 - column.last_weight } else { 0.0 }];
         let weight = row.weight(y);
-        (r, g, b) = (r + weight * sum[0], g + weight * sum[1], b + weight * sum[2]);
+        r += weight * (red - less[0] * in_range(first[0]) - less[1] * in_range(last[0]));
+        g += weight * (green - less[0] * in_range(first[1]) - less[1] * in_range(last[1]));
+        b += weight * (blue - less[0] * in_range(first[2]) - less[1] * in_range(last[2]));
     }
-    [r, g, b].map(|sum| linear_to_srgb8(sum / (column.length() * row.length())))
+    let area = column.length() * row.length();
+    [linear_to_srgb8(r / area), linear_to_srgb8(g / area), linear_to_srgb8(b / area)]
+}
+
+/// What a PNG can hold of a channel.
+#[inline(always)]
+fn in_range(value: f32) -> f64 {
+    f64::from(value.clamp(0.0, 1.0))
 }
 
 /// The character of a cell without colours.

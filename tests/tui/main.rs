@@ -299,6 +299,17 @@ fn without_a_terminal_the_program_lives_until_the_picture_is_saved() {
     let mut done = Stage::finished((80, 24));
     done.tell(Event::HungUp);
     assert_eq!(done.app.exit(), Some(&Exit::Signal(1)));
+
+    // A disk that is gone does not keep it for ever.
+    let mut stuck = Stage::started((80, 24));
+    stuck.tell(Event::HungUp);
+    stuck.tile(|_, _| [0.5; 3]);
+    stuck.tell(Event::Render(RenderEvent::Finished));
+    let by = stuck.app.leaves_by().expect("there is an end");
+    stuck.app.lose_patience(by - Duration::from_millis(1));
+    assert_eq!(stuck.app.exit(), None);
+    stuck.app.lose_patience(by);
+    assert_eq!(stuck.app.exit(), Some(&Exit::Signal(1)));
 }
 
 #[test]
