@@ -7,6 +7,7 @@ use std::time::Duration;
 
 /// One report of a running render. Events of one tile come in order.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "half of all events are of the large one: a box would be taken for each")]
 pub enum RenderEvent {
     /// A worker begins with a tile.
     TileStarted {
