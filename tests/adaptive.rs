@@ -32,8 +32,8 @@ fn run(desc: &SceneDesc, settings: Settings) -> Run {
         match event {
             RenderEvent::TileFinished { tile, .. } => {
                 film.write(&tile);
-                for (i, n) in (0..).zip(&tile.samples) {
-                    let (x, y) = (tile.rect.x + i % tile.rect.width, tile.rect.y + i / tile.rect.width);
+                for (i, n) in tile.samples.iter().enumerate() {
+                    let (x, y) = tile.place(i);
                     samples[(y * scene.width + x) as usize] = *n;
                 }
             }
@@ -293,8 +293,9 @@ fn when_the_time_is_over_the_picture_is_whole() {
         for event in handle.events() {
             match event {
                 RenderEvent::TileFinished { tile, .. } => {
-                    for i in 0..tile.pixels.len() as u32 {
-                        let (x, y) = (tile.rect.x + i % tile.rect.width, tile.rect.y + i / tile.rect.width);
+                    let rect = tile.rect;
+                    for i in 0..rect.area() as u32 {
+                        let (x, y) = (rect.x + i % rect.width, rect.y + i / rect.width);
                         covered[(y * scene.width + x) as usize] = true;
                     }
                 }

@@ -93,7 +93,7 @@ fn what_is_advised_changes_the_picture_as_little_as_it_is_said_to() {
     let desc = scene(&format!("{VIEW}{WASTE}"));
     let before = render(&desc);
     for Advice { change, .. } in ask(&desc) {
-        if matches!(change, Change::Samples(_)) {
+        if matches!(change, Change::Samples(_) | Change::Error(_)) {
             continue;
         }
         let mut edited = desc.clone();
@@ -185,6 +185,92 @@ fn a_mesh_that_is_a_ball_or_a_box_becomes_one_and_a_coarse_one_does_not() {
     assert!(rmse < 0.1, "{rmse}");
     assert_eq!(advised("coarse.obj", &ball_obj(6)), None);
     assert_eq!(advised("roof.obj", roof), None);
+    fs::remove_dir_all(&directory).unwrap();
+}
+
+#[test]
+fn samples_beyond_the_usual_error_are_told_where_most_pixels_need_few_and_nowhere_else() {
+    let of = |text: &str| ask(&scene(text)).into_iter().find(|advice| matches!(advice.change, Change::Error(_)));
+    let view = VIEW.replace("samples = 4", "samples = 16");
+    // A ball before the sky: its outline needs samples, all else one.
+    let desc = scene(&format!("{view}{WASTE}"));
+    let found = of(&format!("{view}{WASTE}")).expect("much is smooth");
+    assert!(found.rays > 0.1 && found.rmse < 0.5, "{found:?}");
+    let mut edited = desc.clone();
+    found.change.apply(&mut edited);
+    assert_eq!((edited.render.error, edited.render.samples), (Some(0.5), 16));
+    // It saves what it says, and the error of the picture stays below the target.
+    let count = |desc: &SceneDesc| {
+        let scene = Arc::new(compile(desc, None).unwrap());
+        let render = start(scene, Settings::default());
+        let rays = |event| if let RenderEvent::TileFinished { stats, .. } = event { stats.rays.total() } else { 0 };
+        render.events().iter().map(rays).sum::<u64>()
+    };
+    let saved = 1.0 - count(&edited) as f64 / count(&desc) as f64;
+    assert!((saved - found.rays).abs() < 0.05, "{saved} of {}", found.rays);
+    // Edges everywhere: 16 samples are not enough anywhere.
+    let edges = "[[material]]\nname = \"check\"\ntexture = { checker = [\"black\", \"white\"], size = 0.002 }\n\
+                 [[object]]\nshape = \"plane\"\nmaterial = \"check\"\n";
+    let steep = view.replace("position = [0, 1.5, 6]", "position = [0, 6, 0.1]");
+    assert_eq!(of(&format!("{steep}{edges}")), None);
+    // Who asks for an error or for few samples gets what is asked for.
+    assert_eq!(of(&format!("{VIEW}{WASTE}")), None);
+    assert_eq!(of(&format!("{}{WASTE}", view.replace("samples = 16", "samples = 16\nerror = 0.1"))), None);
+}
+
+#[test]
+fn a_mesh_of_triangles_below_a_tenth_of_a_pixel_becomes_a_coarser_one_and_a_near_one_does_not() {
+    let directory = std::env::temp_dir().join(format!("glimt-advice-coarse-{}", std::process::id()));
+    fs::create_dir_all(&directory).unwrap();
+    let file = directory.join("egg.obj");
+    // Blunt below and pointed above: no ball.
+    let pointed = |line: &str| match line.strip_prefix("v ").map(|v| v.split(' ').map(str::parse).map(Result::unwrap)) {
+        Some(v) => {
+            let [x, y, z]: [f64; 3] = v.collect::<Vec<_>>().try_into().unwrap();
+            format!("v {x} {} {z}\n", if y > 0.0 { 1.8 * y } else { y })
+        }
+        None => format!("{line}\n"),
+    };
+    fs::write(&file, ball_obj(96).lines().map(pointed).collect::<String>()).unwrap();
+    let text = |scale: f64, more: &str| {
+        format!(
+            "{VIEW}[[material]]\nname = \"paint\"\n{more}[[object]]\nname = \"egg\"\nshape = \"mesh\"\nfile = \"egg.obj\"\n\
+             material = \"paint\"\nscale = [{scale}, {}, {scale}]\ntranslate = [{}, 0.5, 0]\n[[object]]\nshape = \"plane\"\n",
+            scale,
+            -3.0 * scale
+        )
+    };
+    let read = |text: &str| parse(text, &directory.join("s.toml")).unwrap_or_else(|m| panic!("{}", m[0].render(false)));
+    let of = |desc: &SceneDesc| ask(desc).into_iter().find(|advice| matches!(advice.change, Change::Coarsen(..)));
+    let desc = read(&text(0.4, ""));
+    let found = of(&desc).expect("far too many triangles");
+    assert!(found.rmse < 0.5, "{found:?}");
+    // Nothing is written before it is taken, and nothing is left of the trial.
+    assert_eq!(fs::read_dir(&directory).unwrap().count(), 1);
+    let model = found.change.model().unwrap().clone();
+    assert_eq!(model.file, directory.join("egg-coarse.obj"));
+    fs::write(&model.file, &model.text).unwrap();
+    let mut edited = desc.clone();
+    found.change.apply(&mut edited);
+    let triangles = |desc: &SceneDesc| compile(desc, None).unwrap().summary.triangles;
+    assert!(triangles(&edited) * 2 <= triangles(&desc) && triangles(&edited) > 100, "{}", triangles(&edited));
+    // The picture is what it was, nearly: the corners have moved by half a pixel at most.
+    let (before, after) = (render(&desc), render(&edited));
+    let code = |c: f32| 255.0 * linear_to_srgb(f64::from(c));
+    let pairs = || before.pixels().iter().flatten().zip(after.pixels().iter().flatten());
+    let sum: f64 = pairs().map(|(a, b)| (code(*a) - code(*b)).powi(2)).sum();
+    assert!((sum / pairs().count() as f64).sqrt() < 1.0);
+    // A file that is there is not written over; near, of glass or with a texture it stays as it is.
+    let again = of(&desc).unwrap();
+    assert_eq!(again.change.model().unwrap().file, directory.join("egg-coarse2.obj"));
+    let near = text(0.4, "").replace("width = 160\nheight = 90", "width = 1600\nheight = 900");
+    for (what, text) in [
+        ("near", near),
+        ("glass", text(0.4, "transmit = 0.5\n")),
+        ("checked", text(0.4, "texture = { checker = [\"red\", \"blue\"], size = 0.1 }\n")),
+    ] {
+        assert_eq!(of(&read(&text)), None, "{what}");
+    }
     fs::remove_dir_all(&directory).unwrap();
 }
 

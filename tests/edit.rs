@@ -212,3 +212,39 @@ fn everything_that_can_be_added_compiles_and_is_in_the_picture() {
         assert!(seen.count() >= least, "{new:?}");
     }
 }
+
+/// Objects that stay in place are not placed again: that must not be seen in the picture, whatever was edited before.
+#[test]
+fn the_picture_of_an_edited_scene_is_that_of_the_same_scene_loaded_anew() {
+    let mut random = SplitMix64(11);
+    let mut desc = desc(24, 16, orthographic(v(0.0, 2.0, 6.0), v(0.0, 0.0, 0.0), v(0.0, 1.0, 0.0), 4.0));
+    desc.render.samples = 1;
+    desc.lights.push(LightDesc::default());
+    desc.materials.push(MaterialDesc { name: "glass".into(), transmit: 0.8, diffuse: 0.2, ..MaterialDesc::default() });
+    let flake: Vec<[f64; 4]> = (0..200).map(|_| [(); 4].map(|()| random.range(0.02, 1.0))).collect();
+    desc.objects.push(ObjectDesc::new(ShapeDesc::Plane));
+    desc.objects.push(ObjectDesc::new(ShapeDesc::Spheres { data: flake.into() }));
+    for new in [New::Sphere, New::Cuboid, New::Cylinder, New::Cone, New::Quad, New::Sphere] {
+        edit::add(&mut desc, new).unwrap();
+    }
+    desc.objects[2].material = Some("glass".into());
+    let mut scene = compile(&desc, None).unwrap();
+    for step in 0..60 {
+        let at = (random.next_u64() % desc.objects.len() as u64) as usize;
+        let target = [Target::Object(at)];
+        match random.next_u64() % 7 {
+            0 | 1 => desc.objects[at].translate.x += random.range(-0.5, 0.5),
+            2 => desc.objects[at].visible ^= true,
+            3 => drop(edit::duplicate(&mut desc, &target).unwrap()),
+            4 if desc.objects.len() > 4 => edit::delete(&mut desc, &target).unwrap(),
+            5 => drop(edit::move_by(&mut desc, target[0], 2).unwrap()),
+            _ => desc.objects[at].rotate.y += 10.0,
+        }
+        scene = compile(&desc, Some(&scene)).unwrap();
+        let film = |scene: Scene| {
+            let render = glimt::render::start(Arc::new(scene), support::settings(1, 32));
+            support::finish(render, 24, 16).hash()
+        };
+        assert_eq!(film(scene.clone()), film(compile(&desc, None).unwrap()), "step {step}: {:#?}", desc.objects[at]);
+    }
+}

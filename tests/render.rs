@@ -5,7 +5,7 @@ mod support;
 use glam::{DVec2, DVec3};
 use glimt::description::*;
 use glimt::math::{Rgb, sample_in_pixel};
-use glimt::render::{self, Film, Pass, Progress, RenderEvent};
+use glimt::render::{self, Film, Pass, Progress, Rect, RenderEvent};
 use glimt::scene::Scene;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -240,17 +240,24 @@ fn the_first_lattice_pass_covers_the_whole_picture_and_no_pass_shows_what_was_no
     let handle = render::start(Arc::clone(&scene), settings(2, 16));
     let mut covered = vec![false; 93 * 67];
     let mut first = None;
+    let mut film = Film::new(93, 67);
     for event in handle.events() {
         let RenderEvent::TileFinished { tile, pass, .. } = event else { continue };
         let Pass::Lattice { step } = pass else { continue };
         let coarsest = *first.get_or_insert(step);
+        assert_eq!(tile.step, step);
         for (i, pixel) in tile.pixels.iter().enumerate() {
-            let (x, y) = (tile.rect.x + i as u32 % tile.rect.width, tile.rect.y + i as u32 / tile.rect.width);
+            let (x, y) = tile.place(i);
+            assert_eq!(*pixel, truth.pixel(x, y), "({x}, {y}) at step {step}");
+        }
+        film.write(&tile);
+        let Rect { x, y, width, height } = tile.rect;
+        for (x, y) in (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y))) {
             if step == coarsest {
                 covered[(y * 93 + x) as usize] = true;
             }
             // The pixel itself on the lattice, else the lattice point up and left of it.
-            assert_eq!(*pixel, truth.pixel(x - x % step, y - y % step), "({x}, {y}) at step {step}");
+            assert_eq!(film.pixel(x, y), truth.pixel(x - x % step, y - y % step), "({x}, {y}) at step {step}");
         }
     }
     assert!(first.is_some_and(|step| step > 1) && covered.iter().all(|c| *c));
@@ -281,7 +288,8 @@ fn events_come_in_order_and_their_counts_add_up() {
                 }
                 RenderEvent::TileFinished { worker, tile, stats, pass } => {
                     assert_eq!(at_work[*worker].take(), Some((tile.rect, *pass)));
-                    assert_eq!(tile.pixels.len() as u32, tile.rect.width * tile.rect.height);
+                    let points = tile.columns() * tile.rect.height.div_ceil(tile.step);
+                    assert_eq!((tile.pixels.len() as u32, tile.samples.len() as u32), (points, points));
                     assert!(tile.rect.x + tile.rect.width <= 61 && tile.rect.y + tile.rect.height <= 45);
                     traced += stats.samples;
                     camera += stats.rays.camera;

@@ -220,7 +220,7 @@ fn samples_and_losses_are_told_by_the_render() {
     let mut layers = Layers::new(20, 20);
     for event in start(scene.clone(), settings(1, 8)).events() {
         if let RenderEvent::TileFinished { tile, .. } = event {
-            layers.write(&tile);
+            layers.write(tile);
         }
     }
     assert!(layers.values(View::Samples).unwrap().pixels().iter().all(|n| n[0] == 2.0));

@@ -4,14 +4,15 @@
 //! with and without it, by the renderer itself, and rays, time and pixels are compared.
 
 mod change;
+mod coarse;
 mod solid;
 mod trial;
 
-pub use change::Change;
+pub use change::{Change, CoarseModel};
 pub use trial::Failure;
 
-use crate::description::{Numerics, SceneDesc, Shading, ShapeDesc};
-use crate::render::Settings;
+use crate::description::{Numerics, SceneDesc, Shading, ShapeDesc, limits};
+use crate::render::{JUDGED, Settings};
 use crate::scene::{Scene, Shape};
 use std::collections::HashSet;
 use trial::{Bench, Weighed};
@@ -50,6 +51,10 @@ const HALF: f64 = 0.5;
 const MOST: usize = 32;
 /// A shape may replace a mesh that differs from it by no more pixels than this.
 const QUARTER: f64 = 0.25;
+/// Triangles of less than this part of a pixel are too many.
+const TENTH: f64 = 0.1;
+/// What takes other samples must save this part of the rays.
+const WORTH_RAYS: f64 = 0.1;
 /// What changes only the time must save this part of it to be advised.
 const WORTH: f64 = 0.05;
 
@@ -71,7 +76,9 @@ pub fn advise(
     unseen(&mut bench, &mut advice)?;
     textures(&mut bench, &mut advice)?;
     solids(&mut bench, &mut advice)?;
+    triangles(&mut bench, &mut advice)?;
     samples(&mut bench, &mut advice)?;
+    target(&mut bench, &mut advice)?;
     numerics(&mut bench, &mut advice)?;
     advice.sort_by(|a, b| (b.rays.max(b.time)).total_cmp(&a.rays.max(a.time)));
     Ok(advice)
@@ -194,6 +201,50 @@ fn solids(bench: &mut Bench, advice: &mut Vec<Advice>) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Meshes whose triangles are below a tenth of a pixel where they are nearest to the eye.
+fn triangles(bench: &mut Bench, advice: &mut Vec<Advice>) -> Result<(), Failure> {
+    let scene = bench.scene();
+    let desc = bench.desc().clone();
+    let mut found: Vec<(usize, usize, usize, CoarseModel)> = Vec::new();
+    for object in scene.objects().iter().filter(|object| !advised(advice, object.source as usize)) {
+        let (index, Shape::Mesh(mesh)) = (object.source as usize, &object.shape) else { continue };
+        let own = &desc.objects[index];
+        let ShapeDesc::Mesh { file, .. } = &own.shape else { continue };
+        let material = own.material.as_ref().and_then(|name| desc.materials.iter().find(|m| m.name == *name));
+        // What the file says of materials and textures would be lost, and glass must stay closed.
+        let is_plain = material.map_or(mesh.materials.is_empty(), |m| m.texture.is_none() && m.transmit == 0.0);
+        let Some(pixel) = solid::pixel_size(&desc, object).filter(|_| is_plain) else { continue };
+        let cell = pixel / own.scale.abs().max_element();
+        if coarse::mean_area(mesh) >= TENTH * cell * cell {
+            continue;
+        }
+        let (text, left) = coarse::coarser(mesh, cell / 2.0);
+        if left > 0 && left <= mesh.len() / 2 {
+            let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+            // No file is written over.
+            let names =
+                (1..100).map(|n| format!("{stem}-coarse{}.obj", if n == 1 { String::new() } else { n.to_string() }));
+            let free = names.map(|name| file.with_file_name(name)).find(|file| !file.exists());
+            found.extend(free.map(|file| (index, mesh.len(), left, CoarseModel { file, text })));
+        }
+    }
+    for (index, before, left, model) in found.into_iter().take(MOST) {
+        let reason =
+            |_: &SceneDesc| format!("its {before} triangles are below a tenth of a pixel; {left} look the same");
+        consider(bench, advice, Change::Coarsen(index, model.into()), Allowed::Noise, reason)?;
+    }
+    Ok(())
+}
+
+/// Whether an object becomes something simpler anyway.
+fn advised(advice: &[Advice], object: usize) -> bool {
+    advice.iter().any(|advice| match &advice.change {
+        Change::Replace(index, _) => *index == object,
+        Change::HideObjects(objects) => objects.contains(&object),
+        _ => false,
+    })
+}
+
 /// The fewest samples whose picture is the same but for noise below half a code.
 fn samples(bench: &mut Bench, advice: &mut Vec<Advice>) -> Result<(), Failure> {
     if bench.desc().render.error.is_some() {
@@ -214,6 +265,21 @@ fn samples(bench: &mut Bench, advice: &mut Vec<Advice>) -> Result<(), Failure> {
         fewer /= 2;
     }
     advice.append(&mut best);
+    Ok(())
+}
+
+/// Samples everywhere, though most pixels have come to the usual target before: those beyond it.
+fn target(bench: &mut Bench, advice: &mut Vec<Advice>) -> Result<(), Failure> {
+    let render = bench.desc().render;
+    if render.error.is_some() || render.samples <= JUDGED {
+        // Fewer samples than can be judged are the same everywhere.
+        return Ok(());
+    }
+    let mut one = Vec::new();
+    let reason =
+        |_: &SceneDesc| "samples beyond it change no pixel that is seen; they go where the picture needs them".into();
+    consider(bench, &mut one, Change::Error(limits::USUAL_ERROR), Allowed::Noise, reason)?;
+    advice.extend(one.into_iter().filter(|one| one.rays > WORTH_RAYS));
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! Small renders with and without a change.
 
-use super::Change;
+use super::{Change, CoarseModel};
 use crate::description::SceneDesc;
 use crate::math::linear_to_srgb;
 use crate::render::{Film, RenderError, RenderEvent, Settings, start};
@@ -17,6 +17,8 @@ pub enum Failure {
     Compile(CompileError),
     /// A render failed.
     Render(RenderError),
+    /// A model that is to be tried could not be written.
+    File(String),
 }
 
 impl fmt::Display for Failure {
@@ -25,6 +27,7 @@ impl fmt::Display for Failure {
             Self::Stopped => f.write_str("stopped"),
             Self::Compile(error) => error.fmt(f),
             Self::Render(error) => error.fmt(f),
+            Self::File(error) => f.write_str(error),
         }
     }
 }
@@ -92,16 +95,27 @@ impl<'a> Bench<'a> {
     /// What a change does, if a small and then a larger picture fit.
     pub fn weigh(&mut self, change: &Change, fits: impl Fn(&Weighed) -> bool) -> Result<Option<Weighed>, Failure> {
         let mut edited = self.desc.clone();
-        change.apply(&mut edited);
-        if matches!(change, Change::Samples(_)) {
+        let mut written = None;
+        match change {
+            // It is not there yet: one like it is tried, and away again.
+            Change::Coarsen(index, model) => {
+                let tried = written.insert(Tried::write(model).map_err(Failure::File)?);
+                Change::Coarsen(*index, tried.0.clone()).apply(&mut edited);
+            }
+            change => change.apply(&mut edited),
+        }
+        if matches!(change, Change::Samples(_) | Change::Error(_)) {
             // Those of the trials themselves are compared; half the width has the same noise.
-            let (before, after) = (self.desc.render.samples.min(MOST_SAMPLES), edited.render.samples);
-            if after >= before {
+            let before = self.desc.render.samples.min(MOST_SAMPLES);
+            let after = edited.render.samples.min(before);
+            if after == before && edited.render.error.is_none() {
                 // More than that would take too long to find out.
                 return Ok(None);
             }
-            let trials = [before, after].map(|samples| {
-                let scene = small(self.desc, self.compiled, (SURE.0 / 2, samples))?;
+            let trials = [(before, None), (after, edited.render.error)].map(|(samples, error)| {
+                let mut desc = self.desc.clone();
+                desc.render.samples = samples;
+                let scene = sized(desc, error, self.compiled, SURE.0 / 2)?;
                 run(&scene, self.settings, self.stop)
             });
             let [before, after] = trials;
@@ -126,6 +140,25 @@ impl<'a> Bench<'a> {
             }
         }
         Ok(self.sure.as_ref().zip(best.as_ref()).map(|(before, after)| weigh(before, after)))
+    }
+}
+
+/// A model that is there as long as this lives.
+struct Tried(Arc<CoarseModel>);
+
+impl Tried {
+    fn write(model: &CoarseModel) -> Result<Self, String> {
+        let file = std::env::temp_dir().join(format!("glimt-coarse-{}-{model:p}.obj", std::process::id()));
+        let told = |error: &dyn fmt::Display| format!("cannot write {}: {error}", file.display());
+        std::fs::write(&file, &model.text).map_err(|error| told(&error))?;
+        Ok(Self(Arc::new(CoarseModel { file, text: String::new() })))
+    }
+}
+
+impl Drop for Tried {
+    fn drop(&mut self) {
+        // Nothing depends on it.
+        let _ = std::fs::remove_file(&self.0.file);
     }
 }
 
@@ -155,12 +188,17 @@ fn weigh(before: &Trial, after: &Trial) -> Weighed {
 /// The scene for a picture at most so wide, with at most so many samples everywhere.
 fn small(desc: &SceneDesc, compiled: &Scene, (widest, samples): (u32, u32)) -> Result<Arc<Scene>, Failure> {
     let mut desc = desc.clone();
+    desc.render.samples = desc.render.samples.min(samples);
+    sized(desc, None, compiled, widest)
+}
+
+/// The scene for a picture at most so wide, to this error.
+fn sized(mut desc: SceneDesc, error: Option<f64>, compiled: &Scene, widest: u32) -> Result<Arc<Scene>, Failure> {
     if desc.film.width > widest {
         desc.film.height = (desc.film.height * widest).div_ceil(desc.film.width).max(1);
         desc.film.width = widest;
     }
-    desc.render.samples = desc.render.samples.min(samples);
-    desc.render.error = None;
+    desc.render.error = error;
     compile_for(&desc, Some(compiled), compiled.isa()).map(Arc::new).map_err(Failure::Compile)
 }
 

@@ -44,7 +44,7 @@ fn rendered_samples(scene: &Arc<Scene>, (x, y): (u32, u32)) -> Result<u32, Failu
     let handle = start(Arc::clone(scene), Settings::default());
     for event in handle.events() {
         match event {
-            RenderEvent::TileFinished { tile, .. } => layers.write(&tile),
+            RenderEvent::TileFinished { tile, .. } => layers.write(tile),
             RenderEvent::Failed(error) => return Err(Failure::could_not(error)),
             _ => {}
         }

@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 /// | `*2`, `/3`, `*=2`, `/=3` | what is there, times or divided by this |
 ///
 /// A leading minus is a sign, because negative coordinates are typed more often than differences. Arithmetic knows
-/// `+ - * /`, `^` (power), parentheses, `pi`, `rad` after a number (radians to degrees) and `deg` (no change).
+/// `+ - * /`, `^` (power), parentheses, `pi`, `rad` after a product (radians to degrees) and `deg` (no change).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expression {
     operation: Operation,
@@ -111,10 +111,14 @@ impl Reader<'_> {
         }
     }
 
+    /// A unit is that of the whole product: `pi/2 rad` are 90 degrees.
     fn product(&mut self) -> Result<f64, Refused> {
         let mut value = self.signed()?;
         loop {
-            if self.take('*') {
+            if self.word("rad") {
+                value = value.to_degrees();
+            } else if self.word("deg") || self.take('°') {
+            } else if self.take('*') {
                 value *= self.signed()?;
             } else if self.take('/') {
                 let divisor = self.signed()?;
@@ -144,12 +148,6 @@ impl Reader<'_> {
 
     fn power(&mut self) -> Result<f64, Refused> {
         let base = self.atom()?;
-        let base = if self.word("rad") {
-            base.to_degrees()
-        } else {
-            let _ = self.word("deg") || self.take('°');
-            base
-        };
         if self.take('^') { Ok(base.powf(self.signed()?)) } else { Ok(base) }
     }
 
@@ -239,6 +237,9 @@ mod tests {
             ("pi", PI),
             ("180/pi", 180.0 / PI),
             ("pi rad", 180.0),
+            ("pi/2 rad", 90.0),
+            ("45 + pi/4 rad", 90.0),
+            ("(1 + 1)*pi rad - 90°", 270.0),
             ("90 deg", 90.0),
             ("90°", 90.0),
             ("--3", 3.0),

@@ -108,7 +108,7 @@ pub fn render(
                         film.write(&tile);
                         time = time.max(stats.done);
                         if let Some(layers) = &mut layers {
-                            layers.write(&tile);
+                            layers.write(tile);
                         }
                     }
                     RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}

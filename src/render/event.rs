@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// One report of a running render. Events of one tile come in order.
 #[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // Nearly all events are of the largest kind.
+#[allow(clippy::large_enum_variant, reason = "half of all events are of the large one: a box would be taken for each")]
 pub enum RenderEvent {
     /// A worker begins with a tile.
     TileStarted {
@@ -40,20 +40,48 @@ pub enum RenderEvent {
     Failed(RenderError),
 }
 
-/// The pixels of a finished tile, to be put into a film.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What is known of the pixels of a tile, to be put into a film.
+#[derive(Clone, Debug, PartialEq)]
 pub struct TileImage {
     /// Where they belong.
     pub rect: Rect,
-    /// Linear radiance, row by row, `rect.width * rect.height`. Pixels without a sample yet hold that of the nearest
-    /// lattice point up and left.
+    /// Pixels between the points of the lattice that is known, from the upper left corner on; 1 when all are.
+    pub step: u32,
+    /// Linear radiance at the points, row by row. Pixels between them show that of the nearest point up and left.
     pub pixels: Vec<[f32; 3]>,
-    /// Samples of each pixel so far.
+    /// Samples at each point so far.
     pub samples: Vec<u32>,
     /// Expected error of each pixel, 8-bit codes: root mean square over the channels. Empty as long as nothing can be said.
     pub errors: Vec<f32>,
-    /// Samples of each pixel that were not finite. Empty if all are.
+    /// Samples at each point that were not finite. Empty if all are.
     pub non_finite: Vec<u32>,
+}
+
+impl Default for TileImage {
+    /// Without pixels, which are to be all of them.
+    fn default() -> Self {
+        Self {
+            rect: Rect::default(),
+            step: 1,
+            pixels: Vec::new(),
+            samples: Vec::new(),
+            errors: Vec::new(),
+            non_finite: Vec::new(),
+        }
+    }
+}
+
+impl TileImage {
+    /// Points in a row of the lattice.
+    pub fn columns(&self) -> u32 {
+        self.rect.width.div_ceil(self.step)
+    }
+
+    /// The pixel of the film that is the point with this index: column and row.
+    pub fn place(&self, index: usize) -> (u32, u32) {
+        let (row, column) = (index as u32 / self.columns(), index as u32 % self.columns());
+        (self.rect.x + column * self.step, self.rect.y + row * self.step)
+    }
 }
 
 /// What one pass over one tile took.
@@ -67,7 +95,8 @@ pub struct TileStats {
     pub non_finite: u64,
     /// Samples with a ray inside of more transparent bodies than are kept track of.
     pub overfull: u64,
-    /// Time spent tracing.
+    /// Time spent tracing. Tiles that were traced together share it evenly; the rays and what was not finite are told
+    /// with the first of them.
     pub busy: Duration,
     /// When it was done, since the start of the render.
     pub done: Duration,

@@ -49,10 +49,20 @@ impl Film {
 
     /// Puts a tile in its place.
     pub fn write(&mut self, tile: &TileImage) {
-        let (w, rect) = (self.width as usize, tile.rect);
-        for (row, line) in tile.pixels.chunks_exact(rect.width as usize).enumerate() {
-            let start = (rect.y as usize + row) * w + rect.x as usize;
-            self.pixels[start..start + line.len()].copy_from_slice(line);
+        let (w, rect, step) = (self.width as usize, tile.rect, tile.step as usize);
+        let (width, height) = (rect.width as usize, rect.height as usize);
+        for (row, line) in tile.pixels.chunks_exact(tile.columns() as usize).enumerate() {
+            let start = (rect.y as usize + row * step) * w + rect.x as usize;
+            if step == 1 {
+                self.pixels[start..start + width].copy_from_slice(line);
+                continue;
+            }
+            for (pixels, known) in self.pixels[start..start + width].chunks_mut(step).zip(line) {
+                pixels.fill(*known);
+            }
+            for below in 1..step.min(height - row * step) {
+                self.pixels.copy_within(start..start + width, start + below * w);
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use super::pass::{COARSEST, Pass};
 use super::pixel::JUDGED;
 use super::round::Round;
 use super::thin::thin;
-use super::tile::{Batch, Rect, Tile, Traced, Tracer, is_valid_side};
+use super::tile::{BATCH, Batch, Rect, Tile, Traced, Tracer, is_valid_side};
 use crate::description::Filter;
 use crate::scene::Scene;
 use crate::shading::{Probe, Sampler, probe_sampler, sampler};
@@ -95,9 +95,9 @@ impl Drop for RenderHandle {
 
 /// Starts worker threads on a scene and returns at once.
 ///
-/// Tiles wait in a queue, in the order of [`Rect::spiral`]. A worker takes the first, traces its next pass, reports it, and
-/// puts the tile at the end of the queue if it has passes to come. So all tiles go through the passes together, a tile is
-/// in one pair of hands at a time, and nobody waits for anybody.
+/// Tiles wait in a queue, in the order of [`Rect::spiral`], for their first pass some of them together. A worker takes the
+/// first, traces its next pass, reports it, and puts the tile at the end of the queue if it has passes to come. So all tiles
+/// go through the passes together, a tile is in one pair of hands at a time, and nobody waits for anybody.
 ///
 /// With an error to reach, the passes that give every pixel its first sample are followed by rounds. When all tiles have
 /// been traced, each pixel is judged by its samples and its neighbours; when all have been judged, who comes last adds up
@@ -145,9 +145,9 @@ fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Optio
         at_work: AtomicUsize::new(settings.threads.get()),
         gathering: Mutex::default(),
     });
-    for rect in tiles {
+    for rects in tiles.chunks(together(tiles.len(), settings)) {
         // The queue outlives the loop, so this can not fail.
-        let _ = queue_sender.send(Some(Job { tile: Tile::new(rect), step: Step::Listed(0) }));
+        let _ = queue_sender.send(Some(Job::Begin(rects.to_vec())));
     }
     for index in 0..settings.threads.get() {
         let worker = Worker {
@@ -178,15 +178,23 @@ fn report_failure(sender: &Sender<RenderEvent>, events: &Receiver<RenderEvent>, 
     }
 }
 
-/// A tile with what is to be done with it.
-struct Job {
-    tile: Tile,
-    step: Step,
+/// Tiles whose first pass is traced together: so many that their points fill a batch, but no worker is left without.
+fn together(tiles: usize, settings: Settings) -> usize {
+    let points = (settings.tile_size / COARSEST).pow(2) as usize;
+    (tiles / (4 * settings.threads.get())).min(BATCH / points).max(1)
+}
+
+/// What a worker does next.
+enum Job {
+    /// The first pass of some tiles.
+    Begin(Vec<Rect>),
+    /// A step of a tile.
+    Go(Tile, Step),
 }
 
 #[derive(Clone)]
 enum Step {
-    /// A pass of the list.
+    /// A pass of the list, not the first.
     Listed(usize),
     /// A round of refinement; the first has no plan.
     Round(u32, Option<Arc<Plan>>),
@@ -266,10 +274,11 @@ impl Worker {
     fn work(&self) {
         let mut batch = Batch::default();
         while let Ok(Some(job)) = self.queue.recv() {
-            let done = match job.step {
-                Step::Listed(number) => self.pass(job.tile, number, &mut batch),
-                Step::Round(number, plan) => self.round(job.tile, number, plan.as_deref(), &mut batch),
-                Step::Judge(number) => self.judge(job.tile, number),
+            let done = match job {
+                Job::Begin(rects) => self.begin(&rects, &mut batch),
+                Job::Go(tile, Step::Listed(number)) => self.pass(tile, number, &mut batch),
+                Job::Go(tile, Step::Round(number, plan)) => self.round(tile, number, plan.as_deref(), &mut batch),
+                Job::Go(tile, Step::Judge(number)) => self.judge(tile, number),
             };
             if let Err(Leave) = done {
                 return;
@@ -282,23 +291,46 @@ impl Worker {
         Tracer { scene, sampler: *sampler, filter: *filter, control }
     }
 
+    /// Traces the first pass of some tiles.
+    fn begin(&self, rects: &[Rect], batch: &mut Batch) -> Result<(), Leave> {
+        let pass = self.shared.passes[0];
+        let mut tiles: Vec<_> = rects.iter().map(|rect| Tile::new(*rect)).collect();
+        let mut stats = TileStats::default();
+        if Tile::trace_together(&mut tiles, self.tracer(), pass, batch, &mut stats) != Traced::Whole {
+            return Err(Leave);
+        }
+        let busy = stats.busy / tiles.len() as u32;
+        for tile in tiles {
+            let stats = TileStats { samples: tile.points(), busy, ..std::mem::take(&mut stats) };
+            self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
+            self.traced(tile, 0, stats, batch)?;
+        }
+        Ok(())
+    }
+
     /// Traces a pass of the list.
     fn pass(&self, mut tile: Tile, number: usize, batch: &mut Batch) -> Result<(), Leave> {
-        let shared = &*self.shared;
-        let pass = shared.passes[number];
+        let pass = self.shared.passes[number];
         self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
         let mut stats = TileStats::default();
         let before = Instant::now();
         tile.remember(batch, pass);
         stats.busy += before.elapsed();
         let traced = tile.trace(self.tracer(), pass, batch, &mut stats);
-        let is_lattice = matches!(pass, Pass::Lattice { .. });
         match traced {
             Traced::Cancelled => return Err(Leave),
             // The picture of the coarser lattice is there already.
-            Traced::Part if is_lattice => return Err(Leave),
+            Traced::Part if matches!(pass, Pass::Lattice { .. }) => return Err(Leave),
             Traced::Part | Traced::Whole => {}
         }
+        self.traced(tile, number, stats, batch)?;
+        if traced == Traced::Part { Err(Leave) } else { Ok(()) }
+    }
+
+    /// Reports a tile after a pass of the list, and passes it on.
+    fn traced(&self, mut tile: Tile, number: usize, mut stats: TileStats, batch: &Batch) -> Result<(), Leave> {
+        let shared = &*self.shared;
+        let pass = shared.passes[number];
         let judging = Instant::now();
         let mut image = tile.image();
         if let Some((change, errors)) = tile.own_errors(batch, pass) {
@@ -308,14 +340,11 @@ impl Worker {
         stats.busy += judging.elapsed();
         stats.done = shared.begun.elapsed();
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
-        if pass == (Pass::Lattice { step: COARSEST }) {
+        if number == 0 {
             shared.control.cover();
         }
-        if traced == Traced::Part {
-            return Err(Leave);
-        }
         if number + 1 < shared.passes.len() {
-            let _ = self.requeue.send(Some(Job { tile, step: Step::Listed(number + 1) }));
+            let _ = self.requeue.send(Some(Job::Go(tile, Step::Listed(number + 1))));
         } else if let Some(map) = &shared.map {
             tile.write(map);
             self.gather_traced(tile, 0, false, &Census::default());
@@ -371,7 +400,7 @@ impl Worker {
         let refined = std::mem::take(&mut gathering.refined);
         assert!(refined || number <= 1, "round {number} has refined nothing");
         for tile in gathering.tiles.drain(..) {
-            let _ = self.requeue.send(Some(Job { tile, step: Step::Judge(number) }));
+            let _ = self.requeue.send(Some(Job::Go(tile, Step::Judge(number))));
         }
     }
 
@@ -400,7 +429,7 @@ impl Worker {
         // The longest first, so that nobody waits long for the last.
         gathering.tiles.sort_by(|a, b| b.told().total_cmp(&a.told()));
         for tile in gathering.tiles.drain(..) {
-            let _ = self.requeue.send(Some(Job { tile, step: Step::Round(number + 1, plan.clone()) }));
+            let _ = self.requeue.send(Some(Job::Go(tile, Step::Round(number + 1, plan.clone()))));
         }
         Ok(())
     }

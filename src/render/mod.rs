@@ -31,6 +31,7 @@ pub use forecast::Eta;
 pub use job::{RenderHandle, Settings, default_threads, start, start_probe};
 pub use layers::Layers;
 pub use pass::Pass;
+pub use pixel::JUDGED;
 pub use progress::{Progress, WorkerProgress};
 pub use tile::{Rect, Tile};
 pub use view::{Scale, View, index_color, viridis};

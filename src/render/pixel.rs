@@ -37,7 +37,7 @@ pub(super) struct Pixel {
 }
 
 /// Samples below which a pixel tells nothing of its own error.
-pub(super) const JUDGED: u32 = 4;
+pub const JUDGED: u32 = 4;
 
 /// How V falls where nothing else is known: V(n) = V(1) n^-USUAL, as for edges.
 const USUAL: f64 = 1.5;

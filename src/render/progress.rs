@@ -141,8 +141,7 @@ impl Progress {
                 self.non_finite += stats.non_finite;
                 self.overfull += stats.overfull;
                 if let Some(at) = tile.non_finite.iter().position(|samples| *samples > 0) {
-                    let (column, row) = (at as u32 % tile.rect.width, at as u32 / tile.rect.width);
-                    let pixel = (tile.rect.x + column, tile.rect.y + row);
+                    let pixel = tile.place(at);
                     let earlier = self.first_non_finite.filter(|first| (first.1, first.0) < (pixel.1, pixel.0));
                     self.first_non_finite = earlier.or(Some(pixel));
                 }

@@ -260,7 +260,7 @@ pub const BINDINGS: &[Binding] = &[
         "select, add to the selection",
         &[act("pick this", Accept, &[ENTER]), act("pick this too", Mark, &[key(' ')])],
     ),
-    row("Picking", Scope::Pick, "why this colour?", &[act("why this pixel", Explain, &[key('w'), key('Y')])]),
+    row("Picking", Scope::Pick, "why this colour?", &[act("why this pixel", Explain, &[key('Y')])]),
     row("Picking", Scope::Pick, "end", &[act("end picking", Cancel, &[ESCAPE, AWAY, key('q')])]),
     row(
         "Tree",
@@ -282,6 +282,12 @@ pub const BINDINGS: &[Binding] = &[
         Scope::Tree,
         "first, last",
         &[act("first row", Ends(-1), &[Key::plain(Code::Home)]), act("last row", Ends(1), &[Key::plain(Code::End)])],
+    ),
+    row(
+        "Tree",
+        Scope::Tree,
+        "fold, open a group",
+        &[act("fold the group", Turn(-1), &[LEFT, key('h')]), act("open the group", Turn(1), &[RIGHT, key('l')])],
     ),
     row("Tree", Scope::Tree, "mark", &[act("mark", Mark, &[key(' ')])]),
     row(
@@ -426,12 +432,35 @@ mod tests {
     fn no_binding_needs_more_than_a_legacy_terminal_or_what_multiplexers_take() {
         for action in BINDINGS.iter().flat_map(|binding| binding.actions) {
             for (i, key) in action.keys.iter().enumerate() {
-                let taken = ['a', 'b', 'g', 'h', 'n', 'o', 'p', 'q', 's', 't', 'i', 'j', 'm'].map(Key::ctrl);
+                // tmux: B; screen: A; zellij: B G H N O P Q S T; a terminal sends Tab, Enter and line feed as I M J; V
+                // and S Q are the line discipline's.
+                let taken = ['a', 'b', 'g', 'h', 'n', 'o', 'p', 'q', 's', 't', 'i', 'j', 'm', 'v'].map(Key::ctrl);
                 // The one exception has a key before it that nobody takes.
                 let excused = *key == Key::ctrl('p') && i > 0;
                 assert!((!taken.contains(key) || excused) && !key.alt && key.code != Code::Other, "{key}");
                 // Escape may come late or not at all.
                 assert!(key.code != Code::Escape || action.keys.len() > 1, "{}", action.title);
+            }
+        }
+    }
+
+    /// Keys that hold everywhere must not do something else where a mode is open, unless they say what they do there: axes
+    /// by their letters, `v` for the view, and what leaves. Arrows and their letters move whatever is open.
+    #[test]
+    fn a_key_of_a_mode_does_not_mean_something_else_on_the_screen() {
+        let moves = |command: Command| matches!(command, Turn(_) | TurnFar(_) | Step(_) | StepFar(_));
+        let keys_of = |scope: Scope| {
+            let rows = BINDINGS.iter().filter(move |binding| binding.scope == scope);
+            let actions = rows.flat_map(|binding| binding.actions);
+            actions.flat_map(|action| action.keys.iter().map(|key| (*key, action.command))).collect::<Vec<_>>()
+        };
+        for (mode, excused) in [(Scope::Pick, "q"), (Scope::Transform, "xyzvq"), (Scope::Dialog, "")] {
+            for (key, command) in keys_of(mode) {
+                let is_excused = matches!(key.code, Code::Char(c) if excused.contains(c));
+                for (_, other) in keys_of(Scope::Screen).into_iter().filter(|(other, _)| *other == key) {
+                    let same = other == command || moves(command) || matches!((command, other), (Focus(_), Focus(_)));
+                    assert!(same || is_excused, "{key} while {}: {command:?}, elsewhere {other:?}", mode.text());
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The interface at work, but for terminal and disk: the state, the threads that compile and trace for it, and the times
 //! of its frames.
 
-use super::app::App;
+use super::app::{Activity, App};
 use super::event::{Effect, Event};
 use super::session::spawn;
 use super::view::view;
@@ -23,8 +23,11 @@ const QUICK_FRAME: Duration = Duration::from_millis(8);
 /// Time between two frames while only clocks run.
 const CLOCK_FRAME: Duration = Duration::from_millis(125);
 /// Tiles are asked for so often: were the loop woken for each, it would take the time of a worker (the first picture of
-/// 1280x720 has 920 tiles).
-const POLL: Duration = Duration::from_millis(2);
+/// 1280x720 has 920 tiles). The second where the first whole picture of an edit is waited for.
+const POLL: [Duration; 2] = [Duration::from_millis(2), Duration::from_micros(500)];
+/// The answer to a key that starts a render waits so long for the picture: both are painted at once, which leaves the
+/// processors to it. Nobody sees a thirtieth of a second.
+const TOGETHER: Duration = Duration::from_millis(25);
 /// Events are taken in for not longer than this before the next frame has a chance.
 const BATCH: Duration = Duration::from_millis(8);
 
@@ -41,6 +44,8 @@ pub(super) struct Engine {
     events: (Sender<Event>, Receiver<Event>),
     /// When the next frame is due.
     frame_due: Option<Instant>,
+    /// Until when it waits for the whole picture of an edit.
+    held: Option<Instant>,
     last_frame: Instant,
 }
 
@@ -58,6 +63,7 @@ impl Engine {
             probe: None,
             events: unbounded(),
             frame_due: Some(now),
+            held: None,
             last_frame: now,
         }
     }
@@ -69,7 +75,7 @@ impl Engine {
 
     /// Begins to compile what was edited. What is left to be done by the caller.
     pub fn compile(&mut self) -> Vec<Effect> {
-        let Some((desc, previous, changed)) = self.app.begin_compile() else { return Vec::new() };
+        let Some((desc, previous, changed)) = self.app.begin_compile(Instant::now()) else { return Vec::new() };
         // Its workers make room at once; its picture stays.
         (self.render, self.probe) = (None, None);
         let (isa, events) = (self.isa, self.sender());
@@ -90,8 +96,9 @@ impl Engine {
     /// left to be done.
     pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
-        let frame = [self.frame_due, clock].into_iter().flatten().min();
-        let tiles = self.render.as_ref().or(self.probe.as_ref()).map(|_| Instant::now() + POLL);
+        let frame = self.not_before([self.frame_due, clock].into_iter().flatten().min());
+        let poll = POLL[usize::from(!self.app.is_seen())];
+        let tiles = self.render.as_ref().or(self.probe.as_ref()).map(|_| Instant::now() + poll);
         let until = [frame, tiles, self.app.leaves_by(), at_most].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
         let mut effects = select! {
@@ -136,6 +143,9 @@ impl Engine {
         let period = if is_picture && !self.app.is_awaited() { FRAME } else { QUICK_FRAME };
         let due = self.last_frame + period;
         self.frame_due = Some(self.frame_due.map_or(due, |earlier| earlier.min(due)));
+        if !is_picture && !self.app.is_seen() {
+            self.held.get_or_insert(now + TOGETHER);
+        }
         effects.into_iter().filter_map(|effect| self.perform(effect)).collect()
     }
 
@@ -177,17 +187,28 @@ impl Engine {
         None
     }
 
+    /// The time of a frame, put off while the picture of an edit is waited for.
+    fn not_before(&self, due: Option<Instant>) -> Option<Instant> {
+        let held = self.held.filter(|_| !self.app.is_awaited());
+        due.map(|due| held.map_or(due, |held| held.max(due)))
+    }
+
     /// The screen, if it is time for a frame.
     pub fn frame(&mut self) -> Option<Buffer> {
         let now = Instant::now();
-        if self.frame_due.is_none_or(|due| now < due) {
+        if self.not_before(self.frame_due).is_none_or(|due| now < due) {
             return None;
         }
-        (self.frame_due, self.last_frame) = (None, now);
+        (self.frame_due, self.held, self.last_frame) = (None, None, now);
+        // The picture that somebody waits for is painted by a processor of its own: the workers rest for these milliseconds.
+        let resting =
+            self.render.as_ref().filter(|_| self.app.is_awaited() && self.app.activity() == Activity::Rendering);
+        resting.iter().for_each(|render| render.pause());
         self.app.refresh(now);
         let (columns, rows) = self.app.size();
         let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
         view(&self.app, &mut buffer);
+        resting.iter().for_each(|render| render.resume());
         Some(buffer)
     }
 

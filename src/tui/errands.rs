@@ -4,6 +4,7 @@ use super::dialog::files::{Entry, Thumbnail, ends_in};
 use super::editor::FileText;
 use super::event::Event;
 use super::session::spawn;
+use crate::advice::{Change, CoarseModel};
 use crate::assets::{load_image, load_obj};
 use crate::description::edit::Bounds;
 use crate::description::{SceneDesc, parse, printable};
@@ -13,6 +14,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What is asked of the disk.
 pub enum Errand {
@@ -24,6 +26,8 @@ pub enum Errand {
     Measure(PathBuf),
     /// Write a scene.
     Write(FileText),
+    /// Write the model that a change needs; told in a few words.
+    WriteModel(Change, String),
     /// Read a scene again.
     Reread(PathBuf),
 }
@@ -72,6 +76,11 @@ fn run(queue: &Receiver<Errand>, events: &Sender<Event>) {
             Errand::Reread(file) => {
                 let result = reread(&file);
                 Event::Reread { file, result }
+            }
+            Errand::WriteModel(change, text) => {
+                let write = |model: &Arc<CoarseModel>| write_whole(&model.file, model.text.as_bytes());
+                let result = change.model().map_or(Ok(()), write).map_err(|error| error.to_string());
+                Event::ModelWritten { change, text, result }
             }
             Errand::Write(written) => {
                 let result = write_whole(&written.file, written.text.as_bytes()).map_err(|error| error.to_string());

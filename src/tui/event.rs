@@ -4,7 +4,7 @@ use super::decode::Mouse;
 use super::dialog::files::{Entry, Thumbnail};
 use super::editor::FileText;
 use super::key::Key;
-use crate::advice::Advice;
+use crate::advice::{Advice, Change};
 use crate::description::SceneDesc;
 use crate::description::edit::Bounds;
 use crate::render::RenderEvent;
@@ -68,6 +68,15 @@ pub enum Event {
         /// How it went.
         result: Result<(), String>,
     },
+    /// The model that a change needs was written, or why it was not.
+    ModelWritten {
+        /// What is to be done now.
+        change: Change,
+        /// The same in a few words.
+        text: String,
+        /// How it went.
+        result: Result<(), String>,
+    },
     /// These files are other ones than before: the scene's own, or what it uses.
     FilesChanged(Vec<PathBuf>),
     /// What the scene's file says now, or what is wrong with it.
@@ -119,6 +128,13 @@ pub enum Effect {
     Measure(PathBuf),
     /// Write a scene.
     WriteScene(FileText),
+    /// Write the model that a change needs.
+    WriteModel {
+        /// What is to be done then.
+        change: Change,
+        /// The same in a few words.
+        text: String,
+    },
     /// Tell when one of these files changes, and no others any more.
     Watch(BTreeSet<PathBuf>),
     /// Read the scene's file again.

@@ -1,6 +1,6 @@
 //! Threads that wait for keys, signals and changes of size, and tell the interface.
 
-use super::decode::{Decoder, Input};
+use super::decode::Input;
 use super::event::Event;
 use super::writer::Mailbox;
 use crossbeam_channel::Sender;
@@ -27,6 +27,7 @@ fn deliver(inputs: impl IntoIterator<Item = Input>, events: &Sender<Event>, mail
 
 #[cfg(unix)]
 mod unix {
+    use super::super::decode::Decoder;
     use super::*;
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP, SIGWINCH};

@@ -116,23 +116,23 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
     let mode = app.mode();
     let width = usize::from(area.width).saturating_sub(2);
     let render = app.desc().render;
-    let facts = format!(
-        "  {}×{}  {}  {}  depth {}  {} ",
-        app.film().width(),
-        app.film().height(),
-        render.shading.name(),
-        samples(render.samples),
-        render.max_depth,
+    let until = render.error.map_or_else(|| samples(render.samples), |error| format!("error {error}"));
+    let facts = [
+        format!("{}×{}", app.film().width(), app.film().height()),
+        render.shading.name().to_owned(),
+        until,
+        format!("depth {}", render.max_depth),
         view(app.desc().camera.projection),
-    );
-    let title = vec![
+    ];
+    let name = vec![
         Span::styled("── ", mode.style(Role::Dim)),
         Span::styled(app.name().to_string(), mode.style(Role::Strong)),
-        Span::styled(facts, mode.style(Role::Dim)),
     ];
-    let rest = width.saturating_sub(Line::from(title.clone()).width());
-    let mut lines = vec![Line::from(title)];
-    lines[0].push_span(Span::styled("─".repeat(rest), mode.style(Role::Dim)));
+    let facts = facts.map(|fact| vec![Span::styled(format!("  {fact}"), mode.style(Role::Dim))]);
+    let mut title = side_by_side([name].into_iter().chain(facts), width);
+    let rest = width.saturating_sub(title.width() + 1);
+    title.push_span(Span::styled(format!(" {}", "─".repeat(rest)), mode.style(Role::Dim)));
+    let mut lines = vec![title];
     if let Some(numbers) = app.numbers() {
         let pass = match numbers.error {
             Some(_) => format!("   error {}", error_text(numbers)),
@@ -143,26 +143,24 @@ fn below(app: &App, area: Rect, buffer: &mut Buffer) {
         line.push_span(Span::styled(pass, mode.style(Role::Dim)));
         lines.push(line);
         let label = |text: &'static str| Span::styled(text, mode.style(Role::Dim));
-        let mut times = vec![
-            label("elapsed "),
-            Span::raw(time(numbers.elapsed)),
-            label("   left "),
-            Span::raw(format!("{:<14}", left_text(app, numbers))),
-            label("   first picture "),
-            Span::raw(numbers.first_picture.map_or("      –".into(), time)),
-        ];
+        let mut times: Vec<_> = [
+            ("elapsed ", time(numbers.elapsed)),
+            ("   left ", format!("{:<14}", left_text(app, numbers))),
+            ("   first picture ", numbers.first_picture.map_or("      –".into(), time)),
+        ]
+        .map(|(name, text)| vec![label(name), Span::raw(text)])
+        .into();
         if numbers.overfull > 0 {
-            times.push(Span::styled(format!(" {} overfull", si(numbers.overfull as f64)), mode.style(Role::Bad)));
+            let text = format!(" {} overfull", si(numbers.overfull as f64));
+            times.push(vec![Span::styled(text, mode.style(Role::Bad))]);
         }
-        lines.push(Line::from(times));
-        let mut rays = vec![label("rays "), Span::raw(format!("{}/s ", si(numbers.rate(numbers.rays.total()))))];
-        for (name, count) in kinds(numbers) {
-            rays.push(label(" "));
-            // Fits in 80 columns.
-            rays.push(Span::styled(name.get(..7).unwrap_or(name).to_string(), mode.style(Role::Dim)));
-            rays.push(Span::raw(format!(" {}", si(count as f64))));
-        }
-        lines.push(Line::from(rays));
+        lines.push(side_by_side(times, width));
+        let mut rays = vec![vec![label("rays "), Span::raw(format!("{}/s ", si(numbers.rate(numbers.rays.total()))))]];
+        // Fits in 80 columns.
+        rays.extend(kinds(numbers).map(|(name, count)| {
+            vec![label(" "), label(name.get(..7).unwrap_or(name)), Span::raw(format!(" {}", si(count as f64)))]
+        }));
+        lines.push(side_by_side(rays, width));
         if numbers.non_finite > 0 {
             // Of more use than the threads, if there is no room for both.
             let command = numbers.first_non_finite.map_or(String::new(), |pixel| app.explain_command(pixel));
@@ -189,6 +187,18 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
         }
     }
     lines
+}
+
+/// Facts in a line, as many from the first as fit whole.
+fn side_by_side(facts: impl IntoIterator<Item = Vec<Span<'static>>>, width: usize) -> Line<'static> {
+    let mut line = Line::default();
+    for fact in facts {
+        if line.width() + fact.iter().map(Span::width).sum::<usize>() > width {
+            break;
+        }
+        line.extend(fact);
+    }
+    line
 }
 
 fn heading(mode: ColorMode, name: &'static str, value: String, width: usize) -> Line<'static> {

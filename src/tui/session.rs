@@ -126,6 +126,7 @@ impl Session {
             Effect::Watch(files) => drop(self.watched.send(files)),
             Effect::Reread(file) => self.errands.send(Errand::Reread(file)),
             Effect::WriteScene(written) => self.errands.send(Errand::Write(written)),
+            Effect::WriteModel { change, text } => self.errands.send(Errand::WriteModel(change, text)),
             Effect::Save(percent) => self.saver.save(self.engine.app.film().clone(), percent),
             Effect::Stop if terminal::can_stop() => {
                 self.mailbox.hold();

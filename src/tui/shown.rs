@@ -77,7 +77,7 @@ impl Shown {
     }
 
     /// A tile of the render.
-    pub fn rendered(&mut self, tile: &TileImage) {
+    pub fn rendered(&mut self, tile: TileImage) {
         self.layers.write(tile);
         self.stale |= self.view != View::Final && self.view.probe().is_none();
     }

@@ -1,6 +1,6 @@
 //! The last row: what is going on, the last message, and the keys that matter now.
 
-use super::app::{Activity, App, Focus, Tone};
+use super::app::{Activity, App, Focus, Message, Tone};
 use super::color::Role;
 use super::command::{Command, Motion, Scope};
 use super::format::time;
@@ -33,15 +33,20 @@ pub fn draw(app: &App, area: Rect, buffer: &mut Buffer) {
     if app.is_zoomed() {
         left.push(Span::styled(format!("{:.1}× ", app.preview().zoom()), mode.style(Role::Strong)));
     }
-    if let Some(message) = app.message() {
+    let told = |message: &Message| {
         let role = match message.tone {
             Tone::Plain => Role::Text,
             Tone::Good => Role::Good,
             Tone::Bad => Role::Bad,
         };
-        left.push(Span::styled(message.text.clone(), mode.style(role)));
+        Span::styled(format!("{}  ", message.text), mode.style(role))
+    };
+    if let Some(message) = app.message() {
+        left.extend([message].into_iter().chain(app.note()).map(told));
     } else if let Some(transform) = app.transform() {
         left.push(Span::styled(transform.text(), mode.style(Role::Strong)));
+    } else if let Some(note) = app.note() {
+        left.push(told(note));
     } else if app.broken_file().is_some() {
         left.push(Span::styled("the file on the disk has mistakes", mode.style(Role::Bad)));
     } else if let Some(latency) = app.latency() {
@@ -77,6 +82,12 @@ fn hints(app: &App) -> Vec<(String, &'static str)> {
             here(Command::Explain, "why"),
             here(Command::Cancel, "end"),
             ("←↓↑→".into(), "move"),
+        ],
+        Scope::Tree if app.editor().tree.is_folded_here(app.desc()) => vec![
+            any(Command::ToggleHelp, "keys"),
+            here(Command::Turn(1), "open the group"),
+            any(Command::Filter, "search"),
+            any(Command::Focus(1), "properties"),
         ],
         Scope::Tree => vec![
             any(Command::ToggleHelp, "keys"),

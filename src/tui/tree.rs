@@ -1,4 +1,4 @@
-//! The tree of the scene: rows, cursor, marks, search.
+//! The tree of the scene: rows, cursor, marks, folding, search.
 
 use super::color::{ColorMode, Role};
 use super::dialog::color::codes_of;
@@ -19,50 +19,138 @@ pub struct Tree {
     marked: Vec<Target>,
     /// What names must contain to be shown.
     filter: Option<Field>,
+    /// Groups that were folded or opened by hand.
+    folded: [Option<bool>; Group::ALL.len()],
+}
+
+/// Entries that stand together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// What there is one of.
+    Scene,
+    /// Objects.
+    Objects,
+    /// Lights.
+    Lights,
+    /// Materials.
+    Materials,
 }
 
 /// A line of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
-    /// Name of a list.
-    Heading(&'static str),
+    /// Name of a group, with the number of its entries.
+    Heading(Group, usize),
     /// Something with properties.
     Entry(Target),
+    /// So many entries of a folded group that are not shown.
+    More(Group, usize),
 }
+
+/// Groups of more entries than this are folded until they are opened.
+const LARGE: usize = 200;
 
 impl Default for Tree {
     fn default() -> Self {
-        Self { cursor: Target::Camera, marked: Vec::new(), filter: None }
+        Self { cursor: Target::Camera, marked: Vec::new(), filter: None, folded: [None; _] }
     }
 }
 
-/// Every entry in the order of the tree.
-fn entries(desc: &SceneDesc) -> impl Iterator<Item = (&'static str, Target)> {
-    let scene = [Target::Camera, Target::World, Target::Render, Target::Film].map(|target| ("Scene", target));
-    let objects = (0..desc.objects.len()).map(|index| ("Objects", Target::Object(index)));
-    let lights = (0..desc.lights.len()).map(|index| ("Lights", Target::Light(index)));
-    let materials = (0..desc.materials.len()).map(|index| ("Materials", Target::Material(index)));
-    scene.into_iter().chain(objects).chain(lights).chain(materials)
+impl Group {
+    /// In the order of the tree.
+    pub const ALL: [Self; 4] = [Self::Scene, Self::Objects, Self::Lights, Self::Materials];
+
+    fn of(target: Target) -> Self {
+        match target {
+            Target::Object(_) => Self::Objects,
+            Target::Light(_) => Self::Lights,
+            Target::Material(_) => Self::Materials,
+            Target::Camera | Target::World | Target::Render | Target::Film => Self::Scene,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Scene => "Scene",
+            Self::Objects => "Objects",
+            Self::Lights => "Lights",
+            Self::Materials => "Materials",
+        }
+    }
+
+    fn len(self, desc: &SceneDesc) -> usize {
+        match self {
+            Self::Scene => 4,
+            Self::Objects => desc.objects.len(),
+            Self::Lights => desc.lights.len(),
+            Self::Materials => desc.materials.len(),
+        }
+    }
+
+    fn entry(self, index: usize) -> Target {
+        match self {
+            Self::Scene => [Target::Camera, Target::World, Target::Render, Target::Film][index.min(3)],
+            Self::Objects => Target::Object(index),
+            Self::Lights => Target::Light(index),
+            Self::Materials => Target::Material(index),
+        }
+    }
+
+    fn entries(self, desc: &SceneDesc) -> impl Iterator<Item = Target> {
+        (0..self.len(desc)).map(move |index| self.entry(index))
+    }
 }
 
 impl Tree {
-    /// What the rows under the filter are.
+    /// The rows: of a folded group only the first entry and those that are selected; while searching all that fit.
     pub fn rows(&self, desc: &SceneDesc) -> Vec<Row> {
-        let wanted = self.filter.as_ref().map(|field| field.text().to_lowercase()).unwrap_or_default();
+        let wanted = self.filter.as_ref().map(|field| field.text().to_lowercase()).filter(|text| !text.is_empty());
         let mut rows = Vec::new();
-        let mut heading = "";
-        for (group, target) in entries(desc) {
-            let words = || format!("{} {}", target.label(desc), kind_text(desc, target)).to_lowercase();
-            if !wanted.is_empty() && !words().contains(&wanted) {
-                continue;
+        for group in Group::ALL {
+            let heading = rows.len();
+            rows.push(Row::Heading(group, group.len(desc)));
+            if let Some(wanted) = &wanted {
+                let fits = |target: &Target| {
+                    kind_text(desc, *target).contains(wanted) || target.label(desc).to_lowercase().contains(wanted)
+                };
+                rows.extend(group.entries(desc).filter(fits).map(Row::Entry));
+            } else if self.is_folded(group, desc) {
+                let mut shown: Vec<_> = self.marked.iter().chain([&self.cursor]).copied().collect();
+                shown.retain(|target| Group::of(*target) == group);
+                shown.push(group.entry(0));
+                shown.sort_unstable();
+                shown.dedup();
+                rows.extend(shown.iter().copied().map(Row::Entry));
+                rows.extend(Some(group.len(desc) - shown.len()).filter(|more| *more > 0).map(|m| Row::More(group, m)));
+            } else {
+                rows.extend(group.entries(desc).map(Row::Entry));
             }
-            if group != heading {
-                heading = group;
-                rows.push(Row::Heading(group));
+            // Without entries there is no group.
+            if rows.len() == heading + 1 {
+                rows.pop();
             }
-            rows.push(Row::Entry(target));
         }
         rows
+    }
+
+    fn is_folded(&self, group: Group, desc: &SceneDesc) -> bool {
+        let entries = group.len(desc);
+        entries > 1 && self.folded[group as usize].unwrap_or(entries > LARGE)
+    }
+
+    /// Whether the group with the cursor is folded, which a search ignores.
+    pub fn is_folded_here(&self, desc: &SceneDesc) -> bool {
+        self.filter.is_none() && self.is_folded(Group::of(self.cursor), desc)
+    }
+
+    /// Folds or opens the group with the cursor.
+    pub fn fold(&mut self, fold: bool) {
+        self.folded[Group::of(self.cursor) as usize] = Some(fold);
+    }
+
+    /// Folds an open group, or opens a folded one.
+    pub fn toggle_fold(&mut self, group: Group, desc: &SceneDesc) {
+        self.folded[group as usize] = Some(!self.is_folded(group, desc));
     }
 
     /// The entry with the cursor.
@@ -127,8 +215,7 @@ impl Tree {
     pub fn follow(&mut self, before: &SceneDesc, now: &SceneDesc) {
         let follow = |target: Target| {
             let name = target.label(before);
-            let alike = |other: &Target| std::mem::discriminant(other) == std::mem::discriminant(&target);
-            let found = entries(now).map(|(_, other)| other).find(|other| alike(other) && other.label(now) == name);
+            let found = Group::of(target).entries(now).find(|other| other.label(now) == name);
             found.unwrap_or(target)
         };
         self.cursor = follow(self.cursor);
@@ -193,16 +280,13 @@ impl Tree {
         self.rows(desc).into_iter().filter_map(entry).collect()
     }
 
-    /// The entry at a line of the tree that is drawn `height` lines high.
-    pub fn at(&self, desc: &SceneDesc, line: usize, height: usize) -> Option<Target> {
+    /// The row at a line of the tree that is drawn `height` lines high.
+    pub fn at(&self, desc: &SceneDesc, line: usize, height: usize) -> Option<Row> {
         let height = height.saturating_sub(usize::from(self.filter.is_some()));
         let line = line.checked_sub(usize::from(self.filter.is_some()))?;
         let rows = self.rows(desc);
         let shown = window(rows.len(), self.cursor_row(&rows), height);
-        match rows.get(shown.start + line)? {
-            Row::Entry(target) => Some(*target),
-            Row::Heading(_) => None,
-        }
+        rows.get(shown.start + line).copied()
     }
 
     fn cursor_row(&self, rows: &[Row]) -> usize {
@@ -240,7 +324,15 @@ impl Tree {
         let shown = window(all.len(), self.cursor_row(&all), height);
         for (index, row) in shown.zip(lines) {
             match all[index] {
-                Row::Heading(name) => Line::styled(name, mode.style(Role::Dim)).render(row, buffer),
+                Row::Heading(group, entries) => {
+                    let mark = if self.is_folded(group, desc) && self.filter.is_none() { "▸ " } else { "" };
+                    let count = if entries > LARGE { format!(" ({entries})") } else { String::new() };
+                    let text = format!("{mark}{}{count}", group.name());
+                    Line::styled(text, mode.style(Role::Dim)).render(row, buffer);
+                }
+                Row::More(_, count) => {
+                    Line::styled(fit(&format!("  … {count} more"), width), mode.style(Role::Dim)).render(row, buffer);
+                }
                 Row::Entry(target) => self.draw_entry(desc, mode, focused, target, row, buffer),
             }
         }
@@ -258,7 +350,7 @@ impl Tree {
         let marked = self.marked.contains(&target);
         let here = self.cursor == target;
         let mark = if marked { "● " } else { "  " };
-        let kind = kind_text(desc, target);
+        let kind = kind_text(desc, target).to_owned();
         let hidden = is_hidden(desc, target);
         let width = usize::from(area.width);
         let swatch = swatch(desc, target).filter(|_| mode != ColorMode::None);
@@ -289,8 +381,8 @@ impl Tree {
 }
 
 /// What kind of thing it is, in a word.
-fn kind_text(desc: &SceneDesc, target: Target) -> String {
-    let word = match target {
+fn kind_text(desc: &SceneDesc, target: Target) -> &'static str {
+    match target {
         Target::Object(index) => match desc.objects.get(index).map(|object| &object.shape) {
             Some(ShapeDesc::Sphere { .. }) => "sphere",
             Some(ShapeDesc::Cuboid { .. }) => "cuboid",
@@ -308,8 +400,7 @@ fn kind_text(desc: &SceneDesc, target: Target) -> String {
             None => "",
         },
         _ => "",
-    };
-    word.to_owned()
+    }
 }
 
 fn is_hidden(desc: &SceneDesc, target: Target) -> bool {

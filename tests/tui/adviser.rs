@@ -2,9 +2,14 @@
 
 use super::editor::three;
 use super::stage::Stage;
-use glimt::advice::{Advice, Change};
+use glimt::advice::{Advice, Change, CoarseModel};
+use glimt::description::ShapeDesc;
 use glimt::render::RenderEvent;
+use glimt::scene::compile;
+use glimt::tui::app::App;
+use glimt::tui::color::ColorMode;
 use glimt::tui::event::{Effect, Event};
+use std::path::Path;
 
 fn advice(change: Change) -> Advice {
     Advice { change, reason: "nothing is seen of it".into(), rays: 0.25, time: 0.2, rmse: 0.0, largest: 0.0 }
@@ -35,6 +40,41 @@ fn advice_is_asked_for_shown_taken_by_one_key_and_undone() {
     // An answer to a question that was closed.
     stage.tell(Event::Advised { desc, found });
     assert!(stage.app.dialog().is_none());
+}
+
+#[test]
+fn a_coarser_model_is_written_first_and_taken_when_it_is_there() {
+    let mut desc = three();
+    desc.objects[0].shape = ShapeDesc::Mesh { file: "/nowhere/egg.obj".into(), crease: 0.0 };
+    let model = CoarseModel { file: "/nowhere/egg-coarse.obj".into(), text: "v 0 0 0\n".into() };
+    let change = Change::Coarsen(0, model.into());
+    for result in [Ok(()), Err("the disk is full".to_owned())] {
+        // It need not compile here.
+        let app = App::new(desc.clone(), "x", Path::new("x.png"), 2, ColorMode::Truecolor, (120, 40));
+        let mut stage = Stage { app, now: std::time::Instant::now(), effects: Vec::new() };
+        let lent = compile(&three(), None).unwrap();
+        assert!(stage.app.begin_compile(stage.now).is_some());
+        stage.tell(Event::Compiled(Ok(lent.into())));
+        stage.effects.clear();
+        stage.keys("A");
+        let Some(Effect::Advise { desc: asked, .. }) = stage.effects.pop() else { panic!("nobody is asked") };
+        stage.tell(Event::Advised { desc: asked, found: Ok(vec![advice(change.clone())]) });
+        stage.press("Enter");
+        assert_eq!(*stage.desc(), desc, "not before it is written");
+        let Some(Effect::WriteModel { change, text }) = stage.effects.pop() else { panic!("nothing is written") };
+        assert_eq!(text, "write egg-coarse.obj for left");
+        stage.tell(Event::ModelWritten { change, text, result: result.clone() });
+        stage.press("Esc");
+        let mut coarse = desc.clone();
+        if result.is_ok() {
+            coarse.objects[0].shape = ShapeDesc::Mesh { file: "/nowhere/egg-coarse.obj".into(), crease: 0.0 };
+        } else {
+            assert!(stage.status().contains("the disk is full"), "{}", stage.status());
+        }
+        assert_eq!(*stage.desc(), coarse);
+        stage.keys("u");
+        assert_eq!(*stage.desc(), desc);
+    }
 }
 
 #[test]

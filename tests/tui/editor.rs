@@ -419,3 +419,53 @@ fn swatches_in_the_tree_have_the_colour_of_their_material() {
     }
     assert_eq!(stage.app.editor().tree.cursor(), Target::Camera);
 }
+
+/// A scene of so many balls, and the rest of [`three`].
+pub fn many(count: usize) -> SceneDesc {
+    let mut desc = three();
+    for index in 0..count {
+        let (x, y) = ((index % 90) as f64 / 10.0, (index / 90) as f64 / 10.0);
+        desc.objects.push(ObjectDesc {
+            name: format!("ball {index}"),
+            material: Some("paint".into()),
+            translate: DVec3::new(x, y, 0.0),
+            ..ObjectDesc::new(ShapeDesc::Sphere { radius: 0.05 })
+        });
+    }
+    desc
+}
+
+#[test]
+fn a_group_of_thousands_is_folded_and_shows_what_is_selected_of_it() {
+    let mut stage = Stage::with(many(7378), (200, 60));
+    let text = stage.text();
+    for word in ["▸ Objects (7381)", "  left ", "… 7380 more", "Lights", "lamp", "paint"] {
+        assert!(text.contains(word), "{word}\n{text}");
+    }
+    assert!(!text.contains("right"), "{text}");
+    // What is picked or found is shown in its place; a search finds in folded groups.
+    stage.keys("/ball 500");
+    assert!(stage.text().contains("ball 5001"));
+    stage.press("Enter Esc");
+    assert_eq!(stage.selected(), ["ball 500"]);
+    let text = stage.text();
+    assert!(text.contains("… 7379 more") && text.contains("ball 500 "), "{text}");
+    assert!(stage.status().contains("open the group"), "{}", stage.status());
+    // It opens about the cursor, and folds again.
+    stage.press("Right Down");
+    assert_eq!(stage.selected(), ["ball 501"]);
+    let text = stage.text();
+    assert!(text.contains("ball 499") && text.contains("ball 502") && !text.contains(" more"), "{text}");
+    stage.press("Left");
+    assert!(stage.text().contains("… 7379 more"));
+    stage.press("Down");
+    assert_eq!(stage.selected(), ["lamp"]);
+    // Small groups fold too, on their heading, by the mouse.
+    let row = stage.text().lines().position(|line| line.contains("Scene")).unwrap();
+    let column = stage.app.layout().editor.unwrap().x + 5;
+    stage.click(column, row as u16, false);
+    let text = stage.text();
+    assert!(text.contains("▸ Scene") && text.contains("… 3 more") && !text.contains("  world"), "{text}");
+    stage.click(column, row as u16, false);
+    assert!(stage.text().contains("  world"));
+}

@@ -90,11 +90,11 @@ fn arrows_orbit_a_fitted_picture_and_move_a_zoomed_one() {
 fn a_burst_of_keys_is_one_restart_with_all_of_them() {
     let mut stage = Stage::started((80, 24));
     stage.keys("hhhhnn");
-    let (desc, ..) = stage.app.begin_compile().expect("there were edits");
+    let (desc, ..) = stage.app.begin_compile(stage.now).expect("there were edits");
     assert_eq!(desc.render.samples, 16);
     // Keys that come while the compiler is at work wait for it.
     stage.keys("n");
-    assert!(stage.app.begin_compile().is_none());
+    assert!(stage.app.begin_compile(stage.now).is_none());
     stage.tell(Event::Compiled(compile(&desc, None).map(Arc::new)));
     assert!(stage.compile());
     assert!(!stage.compile());
@@ -149,13 +149,53 @@ fn space_pauses_and_goes_on() {
     assert_eq!(stage.app.activity(), Activity::Rendering);
 }
 
+/// Keys come every 40 ms, and the first pass of each render takes so long: however slow the scene, whole pictures are seen
+/// while the key is held, and in the end that of the last edit.
+#[test]
+fn between_the_edits_of_a_held_key_whole_pictures_are_shown() {
+    for pass in [5, 90, 700, 5000].map(Duration::from_millis) {
+        let mut stage = Stage::finished((80, 24));
+        let (mut begun, mut seen) = (None, 0);
+        let go_on = |stage: &mut Stage, begun: &mut Option<Instant>| {
+            if begun.is_some_and(|begun| stage.now - begun >= pass) {
+                stage.tile(|_, _| [0.25; 3]);
+                *begun = None;
+                assert!(stage.app.is_awaited(), "it is whole");
+                assert!(!stage.compile_at(stage.now), "what is whole is shown first");
+                stage.text();
+                assert!(!stage.app.is_awaited());
+                return 1;
+            }
+            0
+        };
+        for _ in 0..1000 {
+            stage.press("Left");
+            seen += go_on(&mut stage, &mut begun);
+            if stage.compile_at(stage.now) {
+                begun = Some(stage.now);
+            }
+        }
+        let least = 1000 * 40 / (4 * pass.as_millis().max(80) as usize);
+        assert!(seen >= least, "{seen} whole pictures, {least} were to be expected at {pass:?} each");
+        // The key is let go.
+        while !stage.app.is_seen() {
+            stage.tell(Event::Resize(80, 24));
+            go_on(&mut stage, &mut begun);
+            if stage.compile_at(stage.now) {
+                begun = Some(stage.now);
+            }
+        }
+        assert!(!stage.compile() && stage.app.latency().is_some());
+    }
+}
+
 #[test]
 fn a_pause_while_the_compiler_is_at_work_is_one_of_the_new_render() {
     let mut stages =
         [Stage::new((200, 60), ColorMode::Truecolor), Stage::started((200, 60)), Stage::finished((200, 60))];
     for stage in &mut stages {
         stage.keys("br");
-        let (desc, previous, _) = stage.app.begin_compile().unwrap();
+        let (desc, previous, _) = stage.app.begin_compile(stage.now + Duration::from_secs(1)).unwrap();
         stage.keys(" ");
         assert!(stage.status().contains("paused"), "{}", stage.status());
         stage.effects.clear();
@@ -197,7 +237,7 @@ fn the_end_of_a_render_saves_the_picture_and_says_where() {
     assert_eq!(stage.app.exit(), None);
     stage.keys("s");
     stage.tell(Event::Saved(Err("no room on the disk".into())));
-    assert_eq!(stage.app.message().unwrap().tone, Tone::Bad);
+    assert_eq!(stage.app.note().unwrap().tone, Tone::Bad);
     assert!(stage.status().contains("cannot save balls.png: no room"), "{}", stage.status());
 }
 
@@ -259,6 +299,17 @@ fn without_a_terminal_the_program_lives_until_the_picture_is_saved() {
     let mut done = Stage::finished((80, 24));
     done.tell(Event::HungUp);
     assert_eq!(done.app.exit(), Some(&Exit::Signal(1)));
+
+    // A disk that is gone does not keep it for ever.
+    let mut stuck = Stage::started((80, 24));
+    stuck.tell(Event::HungUp);
+    stuck.tile(|_, _| [0.5; 3]);
+    stuck.tell(Event::Render(RenderEvent::Finished));
+    let by = stuck.app.leaves_by().expect("there is an end");
+    stuck.app.lose_patience(by - Duration::from_millis(1));
+    assert_eq!(stuck.app.exit(), None);
+    stuck.app.lose_patience(by);
+    assert_eq!(stuck.app.exit(), Some(&Exit::Signal(1)));
 }
 
 #[test]

@@ -97,9 +97,16 @@ impl Stage {
         self.app.editor().selected().iter().map(|target| target.label(self.desc())).collect()
     }
 
-    /// What the loop does after a batch of events; whether there was something to compile.
+    /// What the loop does after a batch of events, when it has waited for the picture before; whether there was something
+    /// to compile.
     pub fn compile(&mut self) -> bool {
-        let Some((desc, previous, changed)) = self.app.begin_compile() else { return false };
+        self.app.refresh(self.now);
+        self.compile_at(self.now + Duration::from_secs(3600))
+    }
+
+    /// What the loop does after a batch of events.
+    pub fn compile_at(&mut self, now: Instant) -> bool {
+        let Some((desc, previous, changed)) = self.app.begin_compile(now) else { return false };
         let compiled = match previous.as_deref() {
             Some(previous) if !changed.is_empty() => recompile(&desc, previous, &changed),
             previous => compile(&desc, previous),

@@ -139,6 +139,7 @@ fn samples_errors_and_losses_are_shown_as_the_render_tells_them() {
             samples: (0..WIDTH * HEIGHT).map(|at| if at % WIDTH < WIDTH / 2 { 1 } else { 16 }).collect(),
             errors: (0..WIDTH * HEIGHT).map(|at| if at % WIDTH < WIDTH / 2 { 0.0 } else { 1.0 }).collect(),
             non_finite: (0..WIDTH * HEIGHT).map(|at| u32::from(at == 0)).collect(),
+            ..TileImage::default()
         },
         stats: TileStats { non_finite: 1, overfull: 2, ..TileStats::default() },
         pass: Pass::sequence(4)[0],
@@ -170,7 +171,7 @@ fn the_ray_tree_of_the_pixel_under_the_cursor_opens_scrolls_and_closes() {
         stage.press("Enter");
         let (x, y) = stage.app.cursor().expect("there is a cursor");
         let (x, y) = stage.app.preview().film_pixel(x, y).unwrap();
-        stage.keys("w");
+        stage.keys("Y");
         assert!(matches!(stage.app.dialog(), Some(Dialog::Rays(_))));
         let text = stage.text();
         if size.0 < 80 {

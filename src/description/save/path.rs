@@ -35,14 +35,16 @@ impl Directories {
         if builtin(path).is_some() {
             return text(path);
         }
-        if let Ok(inside) = path.strip_prefix(&self.new) {
+        // Two paths of one kind can be compared; else the one has to become absolute.
+        let alike = path.is_absolute() == self.new.is_absolute();
+        if alike && let Ok(inside) = path.strip_prefix(&self.new) {
             return text(inside);
         }
-        // Two paths of one kind can be compared; else the one has to become absolute.
-        let (path, from) = if path.is_absolute() == self.new.is_absolute() {
+        let (path, from) = if alike {
             (path.to_owned(), self.new.clone())
         } else {
-            let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+            let here = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_owned() };
+            let absolute = |path: &Path| std::path::absolute(here(path)).unwrap_or_else(|_| path.to_owned());
             (absolute(path), absolute(&self.new))
         };
         // From a directory that is reached by `..` nothing leads back by names alone.

@@ -410,5 +410,9 @@ fn paths_follow_the_scene_into_another_directory() {
     assert_eq!(written("models/m.obj", "scenes/s.toml").unwrap(), "../models/m.obj");
     assert_eq!(written("m.obj", "s.toml").unwrap(), "m.obj");
     assert_eq!(written("/elsewhere/m.obj", "/home/s.toml").unwrap(), "/elsewhere/m.obj");
+    // A scene in the working directory, a file that is known by its whole path.
+    let here = std::env::current_dir().unwrap().join("models/m.obj");
+    assert_eq!(written(here.to_str().unwrap(), "s.toml").unwrap(), "models/m.obj");
+    assert_eq!(written(here.to_str().unwrap(), "scenes/s.toml").unwrap(), "../models/m.obj");
     fs::remove_dir_all(root).unwrap();
 }

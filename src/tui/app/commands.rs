@@ -40,7 +40,7 @@ impl App {
 
     /// Does what a key means.
     pub fn command(&mut self, command: Command, now: Instant) -> Vec<Effect> {
-        self.message = None;
+        (self.message, self.note) = (None, None);
         match command {
             Command::Quit => self.quit(now),
             Command::ToggleHelp => self.dialog = Some(Dialog::Help(Help::default())),
@@ -196,6 +196,7 @@ impl App {
             Command::Page(by) => tree.step(&desc, PAGE * isize::from(by)),
             Command::Ends(to) => tree.step(&desc, if to < 0 { isize::MIN } else { isize::MAX }),
             Command::Extend(by) => tree.extend(&desc, by.into()),
+            Command::Turn(by) => tree.fold(by < 0),
             Command::Mark => {
                 tree.toggle(tree.cursor());
                 tree.step(&desc, 1);

@@ -1,7 +1,7 @@
 //! Dialogs: opening them, and what their answers do.
 
 use super::{App, Live, Tone};
-use crate::advice::Advice;
+use crate::advice::{Advice, Change};
 use crate::description::edit::{Bounds, New, rename};
 use crate::description::parameter::{Kind, Value, parameter};
 use crate::description::{Refused, SceneDesc, Target, printable};
@@ -11,7 +11,6 @@ use crate::tui::dialog::files::{Entry, Thumbnail};
 use crate::tui::dialog::{
     About, Adviser, Ask, ColorDialog, Dialog, Files, MODELS, PICTURES, Prompt, Purpose, Question, TextureDialog, Wish,
 };
-use crate::tui::editor::FileText;
 use crate::tui::event::{Effect, Exit};
 use crate::tui::field::Field;
 use crate::tui::key::{Code, Key};
@@ -55,7 +54,7 @@ impl App {
                 let (advice, text) = (adviser.key(command), adviser.desc.clone());
                 self.dialog = Some(dialog);
                 if let Some(advice) = advice {
-                    self.follow(&advice, &text);
+                    return self.follow(&advice, &text);
                 }
             }
             Dialog::Palette(palette) => match palette.key(key, command) {
@@ -153,15 +152,31 @@ impl App {
         }
     }
 
-    /// Does what was advised about a description: one step of undo.
-    fn follow(&mut self, advice: &Advice, about: &SceneDesc) {
-        let text = advice.change.text(about);
+    /// Does what was advised about a description: one step of undo. A model that it needs is written first.
+    fn follow(&mut self, advice: &Advice, about: &SceneDesc) -> Vec<Effect> {
+        let (change, text) = (advice.change.clone(), advice.change.text(about));
+        if change.model().is_some() {
+            return vec![Effect::WriteModel { change, text }];
+        }
+        self.make(&change, text);
+        Vec::new()
+    }
+
+    fn make(&mut self, change: &Change, text: String) {
         let made = self.change(&format!("advice: {text}"), None, |desc| {
-            advice.change.apply(desc);
+            change.apply(desc);
             Ok(())
         });
         if made.is_some() {
             self.tell(Tone::Good, text);
+        }
+    }
+
+    /// The model that an advice needs is there, or why it is not.
+    pub(super) fn model_written(&mut self, change: &Change, text: String, result: Result<(), String>) {
+        match result {
+            Ok(()) => self.make(change, text),
+            Err(reason) => self.tell(Tone::Bad, format!("cannot {text}: {}", printable(&reason))),
         }
     }
 
@@ -407,15 +422,6 @@ impl App {
         }
     }
 
-    pub(super) fn ask_file(&mut self) {
-        let file = match self.editor.file() {
-            Some(file) => file.to_owned(),
-            None => self.directory.join(format!("{}.toml", self.name)),
-        };
-        let text = file.to_string_lossy().into_owned();
-        self.dialog = Some(Dialog::Prompt(Prompt::new(Purpose::SaveAs, "Save the scene as", &text)));
-    }
-
     pub(super) fn ask_unsaved(&mut self) {
         self.dialog = Some(Dialog::Question(Question {
             title: "The scene has changes that are not saved".into(),
@@ -463,50 +469,9 @@ impl App {
             }
         }
     }
-
-    /// Writes the scene to its file, or asks for one.
-    pub(super) fn save_scene(&mut self) -> Vec<Effect> {
-        let Some(file) = self.editor.file().map(Path::to_owned) else {
-            self.ask_file();
-            return Vec::new();
-        };
-        self.write_scene(file).unwrap_or_else(|mistake| {
-            self.leave_when_written = false;
-            self.tell(Tone::Bad, mistake);
-            Vec::new()
-        })
-    }
-
-    fn write_scene(&mut self, file: PathBuf) -> Result<Vec<Effect>, String> {
-        let text = self.editor.text_for(&file)?;
-        self.saves_running += 1;
-        Ok(vec![Effect::WriteScene(FileText { file, text, desc: self.editor.desc().clone() })])
-    }
-
-    pub(super) fn scene_written(&mut self, written: FileText, result: Result<(), String>, now: Instant) {
-        self.saves_running = self.saves_running.saturating_sub(1);
-        let name = name_of(&written.file);
-        match result {
-            Ok(()) => {
-                self.name = printable(&written.file.file_stem().unwrap_or_default().to_string_lossy()).into_owned();
-                self.editor.saved(written);
-                self.watch_due = true;
-                self.broken_file = None;
-                self.tell(Tone::Good, format!("saved {name}"));
-                if std::mem::take(&mut self.leave_when_written) {
-                    self.leave(Exit::Quit, now);
-                }
-            }
-            Err(reason) => {
-                self.leave_when_written = false;
-                self.tell(Tone::Bad, format!("cannot save {name}: {}", printable(&reason)));
-            }
-        }
-        self.saves_end();
-    }
 }
 
 /// The name of a file without its directories, safe to print.
-fn name_of(file: &Path) -> String {
+pub(super) fn name_of(file: &Path) -> String {
     printable(&file.file_name().unwrap_or_default().to_string_lossy()).into_owned()
 }

@@ -4,7 +4,6 @@ use super::{App, Focus, Tone};
 use crate::description::edit::{Bounds, New, add, assign, centre, delete, duplicate, move_by, set_visible};
 use crate::description::parameter::{Value, parameter};
 use crate::description::{LightKind, Refused, RenderDesc, SceneDesc, Shading, Target, limits};
-use crate::scene::Scene;
 use crate::tui::camera;
 use crate::tui::command::{Command, Motion};
 use crate::tui::dialog::Addition;
@@ -211,8 +210,7 @@ impl App {
             self.tell(Tone::Plain, "select objects or lights first: click on one, or choose it in the tree".into());
             return;
         }
-        let bounds = |index| self.scene.as_deref().and_then(|scene| bounds_of(scene, index));
-        let pivot = centre(&desc, &targets, |index| bounds(index).map(|(lower, upper)| Bounds { lower, upper }));
+        let pivot = centre(&desc, &targets, |index| self.bounds_of(index));
         let gesture = self.editor.new_gesture();
         self.transform = Some(Transform::new(motion, &desc, targets, pivot.unwrap_or(DVec3::ZERO), gesture));
     }
@@ -305,31 +303,38 @@ impl App {
 
     /// The selection fills the view; everything if nothing of it has a place.
     fn frame(&mut self, selected: &[Target]) {
-        let Some(scene) = self.scene.clone() else { return };
         let boxes = |targets: &mut dyn Iterator<Item = Target>| {
             let desc = self.editor.desc();
             let one = |target| match target {
-                Target::Object(index) => bounds_of(&scene, index),
+                Target::Object(index) => self.bounds_of(index),
                 Target::Light(index) => match desc.lights.get(index)?.kind {
-                    LightKind::Point { position, .. } => Some((position, position)),
+                    LightKind::Point { position, .. } => Some(Bounds { lower: position, upper: position }),
                     LightKind::Directional { .. } => None,
                 },
                 _ => None,
             };
-            targets.filter_map(one).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+            let join = |a: Bounds, b: Bounds| Bounds { lower: a.lower.min(b.lower), upper: a.upper.max(b.upper) };
+            targets.filter_map(one).reduce(join)
         };
         let all = boxes(&mut selected.iter().copied());
         let all = all.or_else(|| boxes(&mut (0..self.editor.desc().objects.len()).map(Target::Object)));
-        let Some((lower, upper)) = all else {
+        let Some(Bounds { lower, upper }) = all else {
             self.tell(Tone::Plain, "there is nothing with an end to frame".into());
             return;
         };
-        let aspect = f64::from(scene.width) / f64::from(scene.height);
+        let film = self.editor.desc().film;
+        let aspect = f64::from(film.width) / f64::from(film.height);
         let (middle, radius) = ((lower + upper) / 2.0, lower.distance(upper) / 2.0);
         self.change("frame", None, |desc| {
             camera::frame(&mut desc.camera, aspect, middle, radius);
             Ok(())
         });
+    }
+
+    /// The box of an object as it is edited now; the compiled scene may be older.
+    fn bounds_of(&self, index: usize) -> Option<Bounds> {
+        let bounds = self.scene.as_ref()?.bounds_of(self.editor.desc().objects.get(index)?)?;
+        Some(Bounds { lower: bounds.lower.as_dvec3(), upper: bounds.upper.as_dvec3() })
     }
 
     /// Shows what was picked in the panel.
@@ -345,14 +350,4 @@ impl App {
             self.focus = Focus::Properties;
         }
     }
-}
-
-/// The box of an object in the compiled scene, world space.
-fn bounds_of(scene: &Scene, index: usize) -> Option<(DVec3, DVec3)> {
-    let own = scene.objects().iter().filter(|object| object.source as usize == index);
-    let boxes = own.map(|object| object.bounds().map(|b| (b.lower.as_dvec3(), b.upper.as_dvec3())));
-    boxes.reduce(|a, b| {
-        let (a, b) = (a?, b?);
-        Some((a.0.min(b.0), a.1.max(b.1)))
-    })?
 }

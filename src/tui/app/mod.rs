@@ -7,6 +7,7 @@ mod files;
 mod pointing;
 mod read;
 mod render;
+mod saving;
 mod views;
 
 use super::color::ColorMode;
@@ -122,6 +123,8 @@ pub struct App {
     numbers: Option<Numbers>,
     activity: Activity,
     message: Option<Message>,
+    /// What became of the picture: beside the message, since it is the answer to no key.
+    note: Option<Message>,
     /// What is wrong with the scene's file on the disk.
     broken_file: Option<Vec<String>>,
     /// Files that have changed since the scene was compiled.
@@ -133,8 +136,12 @@ pub struct App {
     /// The description is newer than what was last given to the compiler.
     edited: bool,
     compiling: bool,
-    /// When the oldest edit was made that no whole picture shows yet.
+    /// When the oldest edit was made that the compiler was not given yet.
+    unheard: Option<Instant>,
+    /// When the oldest edit was made that it was given and no whole picture shows yet.
     unseen: Option<Instant>,
+    /// How long an edit waits for the first whole picture of the one before.
+    patience: Duration,
     /// From an edit to the first whole picture of it.
     latency: Option<Duration>,
     /// A save waits for the first whole picture.
@@ -154,6 +161,8 @@ pub struct App {
 
 /// Leaving does not wait longer than this for saves: a pipe that nobody reads or a disk that is gone takes for ever.
 const SAVE_PATIENCE: Duration = Duration::from_secs(2);
+/// When the terminal is gone nobody can leave at once: there is more time, for large pictures.
+const SAVE_PATIENCE_ALONE: Duration = Duration::from_secs(10);
 /// SIGHUP, on every system that has it.
 const HANG_UP: i32 = 1;
 
@@ -197,13 +206,16 @@ impl App {
             numbers: None,
             activity: Activity::Compiling,
             message: None,
+            note: None,
             broken_file: None,
             changed: Vec::new(),
             watched: BTreeSet::new(),
             watch_due: true,
             edited: true,
             compiling: false,
+            unheard: None,
             unseen: None,
+            patience: render::PATIENCE,
             latency: None,
             save_wanted: false,
             saved: None,
@@ -249,7 +261,7 @@ impl App {
         let was_edited = self.edited;
         let effects = self.happened(event, now);
         if self.edited && !was_edited && self.scene.is_some() {
-            self.unseen.get_or_insert(now);
+            self.unheard.get_or_insert(now);
         }
         effects
     }
@@ -268,12 +280,13 @@ impl App {
             Event::Render(event) => return self.render(event, now),
             Event::Probed(event) => self.probed(event),
             Event::Compiled(result) => return self.compiled(result, now),
-            Event::Saved(result) => self.picture_saved(result),
+            Event::Saved(result) => self.picture_saved(result, now),
             Event::Listed { directory, entries } => return self.listed(&directory, entries),
             Event::Looked { file, picture } => self.looked(&file, picture),
             Event::Advised { desc, found } => self.advised(&desc, found),
             Event::Measured { file, bounds } => self.measured(file, bounds),
             Event::SceneWritten { written, result } => self.scene_written(written, result, now),
+            Event::ModelWritten { change, text, result } => self.model_written(&change, text, result),
             Event::FilesChanged(files) => return self.files_changed(files),
             Event::Reread { file, result } => self.reread(&file, result),
             Event::Terminated(signal) => self.leave(Exit::Signal(signal), now),
@@ -291,7 +304,7 @@ impl App {
                     if self.activity == Activity::Paused {
                         effects.extend(self.set_paused(false, now));
                     }
-                    self.end_if_alone();
+                    self.end_if_alone(now);
                     return effects;
                 }
             }
@@ -300,17 +313,18 @@ impl App {
         Vec::new()
     }
 
-    fn picture_saved(&mut self, result: Result<u32, String>) {
+    fn picture_saved(&mut self, result: Result<u32, String>, now: Instant) {
         self.saves_running = self.saves_running.saturating_sub(1);
         let file = self.output_text();
-        match &result {
-            Ok(100) => self.tell(Tone::Good, format!("saved {file}")),
-            Ok(percent) => self.tell(Tone::Good, format!("saved {file} at {percent} %")),
-            Err(reason) => self.tell(Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
-        }
+        let (tone, text) = match &result {
+            Ok(100) => (Tone::Good, format!("saved {file}")),
+            Ok(percent) => (Tone::Good, format!("saved {file} at {percent} %")),
+            Err(reason) => (Tone::Bad, format!("cannot save {file}: {}", printable(reason))),
+        };
+        self.note = Some(Message { text, tone });
         self.saved = Some(result);
         self.saves_end();
-        self.end_if_alone();
+        self.end_if_alone(now);
     }
 
     /// Leaves if that waited for the last save.
@@ -328,6 +342,7 @@ impl App {
             self.exit = Some(exit);
         } else {
             let key = self.keymap.key_of(Command::Quit);
+            self.note = None;
             self.tell(Tone::Plain, format!("saving {}; {key} leaves at once", self.output_text()));
             self.leaving = Some((exit, now + SAVE_PATIENCE));
         }

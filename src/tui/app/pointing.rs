@@ -6,6 +6,7 @@ use crate::tui::command::Command;
 use crate::tui::decode::{Mouse, MouseAction};
 use crate::tui::event::Effect;
 use crate::tui::side::SideLayout;
+use crate::tui::tree::Row;
 use ratatui::layout::Position;
 use std::time::Instant;
 
@@ -65,8 +66,9 @@ impl App {
             None => {
                 self.focus = Focus::Tree;
                 match tree.at(&desc, line, height) {
-                    Some(target) if held => tree.toggle(target),
-                    Some(target) => tree.select(target),
+                    Some(Row::Entry(target)) if held => tree.toggle(target),
+                    Some(Row::Entry(target)) => tree.select(target),
+                    Some(Row::Heading(group, _) | Row::More(group, _)) => tree.toggle_fold(group, &desc),
                     None => {}
                 }
             }

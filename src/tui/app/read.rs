@@ -95,6 +95,11 @@ impl App {
         self.message.as_ref()
     }
 
+    /// What became of the picture.
+    pub fn note(&self) -> Option<&Message> {
+        self.note.as_ref()
+    }
+
     /// What is edited and selected.
     pub fn editor(&self) -> &Editor {
         &self.editor

@@ -1,6 +1,6 @@
 //! The render from compile to saved picture.
 
-use super::{Activity, App, HANG_UP, Tone};
+use super::{Activity, App, HANG_UP, Message, SAVE_PATIENCE_ALONE, Tone};
 use crate::description::{SceneDesc, printable};
 use crate::render::{Film, Progress, RenderEvent};
 use crate::scene::{CompileError, Scene};
@@ -8,20 +8,32 @@ use crate::tui::event::{Effect, Exit};
 use crate::tui::numbers::Numbers;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// An edit waits not longer than this for the first whole picture of the one before, so that a held key shows whole pictures
+/// however many edits it makes. Each time that it was not enough the next wait is twice as long: in the end it is.
+pub(super) const PATIENCE: Duration = Duration::from_millis(100);
 
 /// What is to be compiled, the scene whose parts can be shared, and the files that are others now than those it was made of.
 pub type Compile = (Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>);
 
 impl App {
-    /// What has to be compiled now: nothing if nothing was edited or the compiler is still at work. To be asked when a
-    /// batch of events is taken in, so that a burst of keys is one restart. With it the scene whose parts can be shared,
-    /// and the files that are others now than those it was made of.
-    pub fn begin_compile(&mut self) -> Option<Compile> {
-        if self.compiling || !std::mem::take(&mut self.edited) {
+    /// What has to be compiled now: nothing if nothing was edited, or the compiler is still at work, or the picture of the
+    /// edit before is about to be whole. To be asked when a batch of events is taken in, so that a burst of keys is one
+    /// restart. With it the scene whose parts can be shared, and the files that are others now than those it was made of.
+    pub fn begin_compile(&mut self, now: Instant) -> Option<Compile> {
+        if self.compiling || !self.edited || self.is_awaited() {
             return None;
         }
-        self.compiling = true;
+        let begun = self.progress.as_ref().filter(|_| self.activity == Activity::Rendering);
+        let coming = begun.filter(|progress| progress.first_picture.is_none());
+        if coming.is_some_and(|progress| progress.elapsed(now) < self.patience) {
+            return None;
+        }
+        self.patience = if coming.is_some() { self.patience.saturating_mul(2) } else { PATIENCE };
+        (self.edited, self.compiling) = (false, true);
+        self.unseen = self.unseen.or(self.unheard);
+        self.unheard = None;
         let previous = self.lent.take().or_else(|| self.scene.clone());
         Some((self.editor.desc().clone(), previous, self.changed.clone()))
     }
@@ -46,6 +58,7 @@ impl App {
     /// render.
     pub(super) fn restart(&mut self) {
         self.edited = true;
+        self.note = None;
         if self.activity == Activity::Paused {
             self.activity = Activity::Compiling;
         }
@@ -64,7 +77,7 @@ impl App {
         };
         if paused {
             // What takes longer now is the user's will.
-            self.unseen = None;
+            (self.unheard, self.unseen) = (None, None);
         }
         if let Some(progress) = &mut self.progress {
             progress.set_paused(paused, now);
@@ -132,7 +145,7 @@ impl App {
                 self.activity = Activity::Failed;
                 self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
-                self.end_if_alone();
+                self.end_if_alone(now);
                 Vec::new()
             }
         }
@@ -146,8 +159,8 @@ impl App {
             RenderEvent::TileStarted { .. } | RenderEvent::Estimated { .. } => {}
             RenderEvent::TileFinished { tile, .. } => {
                 Arc::make_mut(&mut self.film).write(&tile);
-                self.shown.rendered(&tile);
                 self.preview.mark(tile.rect);
+                self.shown.rendered(tile);
                 if self.save_wanted && self.is_whole() {
                     return self.save();
                 }
@@ -157,13 +170,15 @@ impl App {
             RenderEvent::Finished => {
                 self.shown.force();
                 self.activity = Activity::Finished;
-                return self.save();
+                let effects = self.save();
+                self.end_if_alone(now);
+                return effects;
             }
             RenderEvent::Failed(error) => {
                 self.activity = Activity::Failed;
                 self.unseen = None;
                 self.tell(Tone::Bad, printable(&error.to_string()).into_owned());
-                self.end_if_alone();
+                self.end_if_alone(now);
             }
         }
         Vec::new()
@@ -176,33 +191,40 @@ impl App {
             self.tell(Tone::Plain, "will be saved as soon as the whole picture is there".into());
             return Vec::new();
         }
-        self.tell(Tone::Plain, format!("saving {}", self.output_text()));
+        self.note = Some(Message { text: format!("saving {}", self.output_text()), tone: Tone::Plain });
         self.saves_running += 1;
         vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
     }
 
     /// Whether the screen, at its last frame, showed a whole picture of what is edited now.
     pub fn is_seen(&self) -> bool {
-        self.unseen.is_none()
+        self.unheard.is_none() && self.unseen.is_none()
     }
 
     /// Whether the next frame is the first to show a whole picture of an edit.
     pub fn is_awaited(&self) -> bool {
-        self.unseen.is_some() && self.is_whole()
+        self.unseen.is_some() && !self.compiling && self.has_first_picture()
+    }
+
+    fn has_first_picture(&self) -> bool {
+        self.progress.as_ref().is_some_and(|progress| progress.first_picture.is_some())
     }
 
     /// Whether every pixel of the film belongs to the newest scene.
     pub fn is_whole(&self) -> bool {
-        !self.is_restarting() && self.progress.as_ref().is_some_and(|p| p.first_picture.is_some())
+        !self.is_restarting() && self.has_first_picture()
     }
 
-    /// Without a terminal the program lives only until the picture is saved.
-    pub(super) fn end_if_alone(&mut self) {
-        let working = self.is_restarting()
-            || matches!(self.activity, Activity::Compiling | Activity::Rendering)
-            || self.saves_running > 0;
-        if self.hung_up && !working {
+    /// Without a terminal the program lives only until the picture is saved, and no longer than saving may take.
+    pub(super) fn end_if_alone(&mut self, now: Instant) {
+        let working = self.is_restarting() || matches!(self.activity, Activity::Compiling | Activity::Rendering);
+        if !self.hung_up || working {
+            return;
+        }
+        if self.saves_running == 0 {
             self.exit = Some(Exit::Signal(HANG_UP));
+        } else if self.leaving.is_none() {
+            self.leaving = Some((Exit::Signal(HANG_UP), now + SAVE_PATIENCE_ALONE));
         }
     }
 }

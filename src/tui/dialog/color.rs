@@ -205,10 +205,10 @@ impl ColorDialog {
             let value = if i < 3 { f64::from(self.codes[i]) } else { self.hsv[i - 3] };
             let chosen = self.row == Row::Slider(i);
             let area = line(i as u16);
-            let bar = usize::from(area.width).saturating_sub(18);
+            let bar = usize::from(area.width).saturating_sub(19);
             let mut spans = vec![
                 Span::styled(if chosen { "▸ " } else { "  " }, mode.style(Role::Key)),
-                Span::styled(format!("{name:<10}"), mode.style(if chosen { Role::Strong } else { Role::Dim })),
+                Span::styled(format!("{name:<11}"), mode.style(if chosen { Role::Strong } else { Role::Dim })),
             ];
             let at = ((value / largest) * bar.saturating_sub(1) as f64).round() as usize;
             for x in 0..bar {
