@@ -57,7 +57,8 @@ impl Look {
 
     /// Squared distance in codes, mean over the channels.
     pub fn distance2(self, other: Self) -> f64 {
-        squares([0, 1, 2].map(|c| self.codes[c] - other.codes[c]))
+        let sum: f64 = (0..3).map(|c| f64::from(self.codes[c] - other.codes[c]).powi(2)).sum();
+        sum / (3.0 * 65536.0)
     }
 
     /// The same distance to what is seen if the part `share` of the pixel shows what a neighbour shows that is not seen here.
@@ -77,13 +78,9 @@ impl Look {
 
     /// The same, from the line between two.
     fn bend2(self, a: Self, b: Self) -> f64 {
-        squares([0, 1, 2].map(|c| 2 * self.codes[c] - a.codes[c] - b.codes[c]))
+        let sum: f64 = (0..3).map(|c| f64::from(2 * self.codes[c] - a.codes[c] - b.codes[c]).powi(2)).sum();
+        sum / (3.0 * 65536.0)
     }
-}
-
-/// Mean of the squares of three differences in 256ths, exact before it is divided.
-fn squares(differences: [i32; 3]) -> f64 {
-    differences.map(i64::from).map(|d| d * d).iter().sum::<i64>() as f64 / (3.0 * 65536.0)
 }
 
 /// A neighbour is taken to show at least one part in so many of what lies beyond the edge.
@@ -157,32 +154,25 @@ impl Map {
         let here = self.look(x, y);
         let near = |dx: i32, dy: i32| {
             let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
-            (x < self.width && y < self.height).then(|| self.at(x, y))
+            (x < self.width && y < self.height).then(|| self.look(x, y))
         };
-        // Variances are looked up where they are needed.
-        let look = |at: usize| Look::unpack(self.words[at].load(Ordering::Relaxed), 0.0);
         let mut fit = Fit { contrast2: 0.0, same: here.tree != 0, here, other: here };
-        let (mut farthest, mut other) = (0.0, None);
+        let mut farthest = 0.0;
         for (dx, dy) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
-            let places = [near(dx, dy), near(-dx, -dy)];
-            let [a, b] = places.map(|place| place.map(look));
+            let (a, b) = (near(dx, dy), near(-dx, -dy));
             let step = match (a, b) {
                 (Some(a), Some(b)) => here.bend2(a, b),
                 (Some(a), None) | (None, Some(a)) => here.distance2(a),
                 (None, None) => 0.0,
             };
             fit.contrast2 = fit.contrast2.max(step);
-            for (neighbour, place) in [a, b].into_iter().zip(places) {
-                let Some(neighbour) = neighbour else { continue };
+            for neighbour in [a, b].into_iter().flatten() {
                 fit.same &= neighbour.tree == here.tree;
                 let distance2 = here.distance2(neighbour);
                 if distance2 > farthest {
-                    (farthest, fit.other, other) = (distance2, neighbour, place);
+                    (farthest, fit.other) = (distance2, neighbour);
                 }
             }
-        }
-        if let Some(at) = other {
-            fit.other.variance = f32::from_bits(self.variances[at].load(Ordering::Relaxed));
         }
         fit
     }
