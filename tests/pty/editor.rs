@@ -774,7 +774,12 @@ fn pixels_are_picked_and_explained_by_keys_and_by_the_mouse() {
     session.press("Enter Escape");
     session.wait("the ball in the properties", |screen| below_the_tree(screen).contains("left"));
     // The other one with the mouse, and both with a modifier.
-    let balls = cells(session.far().parser.screen(), |r, g, b| r > 120 && g < r / 2 && b < r / 2);
+    let red = |screen: &vt100::Screen| cells(screen, |r, g, b| r > 120 && g < r / 2 && b < r / 2);
+    session.wait("both balls", |screen| {
+        let right = red(screen).iter().filter(|(x, _)| *x > 41).count();
+        right > 15 && red(screen).len() > right + 15
+    });
+    let balls = red(session.far().parser.screen());
     // One in the midst of each.
     let of = |side: fn(u16) -> bool| {
         let cells: Vec<_> = balls.iter().filter(|(x, _)| side(*x)).collect();

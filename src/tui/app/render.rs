@@ -185,12 +185,14 @@ impl App {
     }
 
     pub(super) fn save(&mut self) -> Vec<Effect> {
+        const WAITS: &str = "will be saved as soon as the whole picture is there";
         // Before that the film still holds parts of the picture before the last edit.
         self.save_wanted = !self.is_whole();
         if self.save_wanted {
-            self.tell(Tone::Plain, "will be saved as soon as the whole picture is there".into());
+            self.tell(Tone::Plain, WAITS.into());
             return Vec::new();
         }
+        self.message.take_if(|message| message.text == WAITS);
         self.note = Some(Message { text: format!("saving {}", self.output_text()), tone: Tone::Plain });
         self.saves_running += 1;
         vec![Effect::Save(self.progress.as_ref().map_or(0, Progress::percent))]
