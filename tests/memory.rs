@@ -52,7 +52,8 @@ fn ten_thousand_edits_leave_little_more_than_their_history() {
         }
     }
     let grown = at_the_end.saturating_sub(after_a_thousand);
-    assert!(grown < 24 << 20, "{grown} bytes more after 9000 edits");
+    // A step of undo is a description, one to two kilobytes here; a film or a compiled scene that stayed would be far more.
+    assert!(grown < 9000 * 4096, "{grown} bytes more after 9000 edits");
     for _ in 0..10_000 {
         stage.keys("u");
     }
