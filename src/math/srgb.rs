@@ -13,6 +13,9 @@ pub fn linear_to_srgb(v: f64) -> f64 {
     if v <= 0.0031308 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
+/// 8-bit codes for a unit of linear light in black, where the curve is steepest.
+pub const STEEPEST: f64 = 255.0 * 12.92;
+
 /// The linear value of each 8-bit code.
 static DECODE: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|c| srgb_to_linear(c as f64 / 255.0)));
 

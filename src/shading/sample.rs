@@ -45,7 +45,8 @@ pub struct Sample {
     pub normal: Vec3,
     /// Hash of all surfaces that the ray tree meets, in order: samples of equal trees differ smoothly.
     pub tree: u32,
-    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing.
+    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing, and of what
+    /// lights may be wrong by that were not asked for: as weight of the largest radiance of the scene.
     pub cut: f64,
     /// Whether a ray was inside of more transparent bodies at once than are kept track of.
     pub overfull: bool,
