@@ -90,8 +90,7 @@ pub(super) struct Plan {
 
 /// The class of a pixel with one sample.
 fn class(fit: Fit) -> usize {
-    let octave = ((0.5 * fit.contrast2.max(1e-9).log2()) as i32 + 1).clamp(0, 8);
-    let octave = if fit.contrast2 < 1.0 { 0 } else { octave };
+    let octave = (fit.contrast2 as u32).checked_ilog2().map_or(0, |log| (log / 2 + 1).min(8));
     octave as usize + if fit.same { 0 } else { CLASSES / 2 }
 }
 
@@ -333,8 +332,7 @@ mod tests {
     #[test]
     fn single_samples_are_judged_by_those_of_their_class_that_were_looked_into() {
         let mut census = Census::default();
-        let look = |bright: u8| crate::render::map::Look::grey(bright);
-        let fit = Fit { contrast2: 0.0, same: true, here: look(9), other: look(9) };
+        let fit = Fit { same: true, ..Fit::default() };
         let mut group = Group::default();
         for _ in 0..1000 {
             group = census.unchecked(fit);

@@ -1,7 +1,7 @@
 //! The sums of one pixel, and how wrong its mean may be.
 
 use super::census::Group;
-use crate::math::{Rgb, linear_to_srgb};
+use crate::math::{Rgb, linear_to_srgb_near};
 use crate::shading::Sample;
 
 /// What is known of a pixel: sums over its samples, added in their order.
@@ -115,7 +115,7 @@ impl Pixel {
         let mean = self.mean();
         let square = |mean: f64, squares: f32| {
             let deviation = (f64::from(squares) * of_mean).sqrt();
-            (127.5 * (linear_to_srgb(mean + deviation) - linear_to_srgb(mean - deviation))).powi(2)
+            (127.5 * (linear_to_srgb_near(mean + deviation) - linear_to_srgb_near(mean - deviation))).powi(2)
         };
         let [r, g, b] = self.squares;
         (square(mean.r, r) + square(mean.g, g) + square(mean.b, b)) / 3.0
