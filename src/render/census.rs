@@ -12,6 +12,9 @@ const SCALE: f64 = 65536.0;
 /// Pixels with one sample are judged together with all that fit in alike: by contrast in octaves, and by ray tree.
 const CLASSES: usize = 18;
 
+/// About the rays that their samples take, in octaves.
+const COSTS: [f64; 4] = [1.0, 2.5, 5.5, 12.0];
+
 /// Bins of what refining is worth, four an octave, from 2^-20.
 const BINS: usize = 160;
 const BINS_AN_OCTAVE: f32 = 4.0;
@@ -27,17 +30,19 @@ const GROWTH: u8 = 4;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Group(u8);
 
-const GROUPS: usize = BINS + CLASSES + 1;
+const GROUPS: usize = BINS + COSTS.len() * CLASSES + 1;
 const SETTLED: usize = GROUPS - 1;
 
 impl Group {
-    fn of_class(class: usize) -> Self {
-        Self((BINS + class) as u8)
+    fn of_class(class: usize, cost: f64) -> Self {
+        let octave = (cost as u32).checked_ilog2().map_or(0, |log| log as usize).min(COSTS.len() - 1);
+        Self((BINS + octave * CLASSES + class) as u8)
     }
 
-    /// The class of pixels with one sample.
-    fn class(self) -> Option<usize> {
-        usize::from(self.0).checked_sub(BINS).filter(|class| *class < CLASSES)
+    /// The class of pixels with one sample, and what that costs.
+    fn class(self) -> Option<(usize, f64)> {
+        let number = usize::from(self.0).checked_sub(BINS).filter(|_| usize::from(self.0) != SETTLED)?;
+        Some((number % CLASSES, COSTS[number / CLASSES]))
     }
 }
 
@@ -100,6 +105,9 @@ fn guess(class: usize) -> f64 {
     contrast * contrast / if class < CLASSES / 2 { 64.0 } else { 16.0 }
 }
 
+/// What the first three samples more are worth, each, in V/n.
+const SINGLE: f64 = 1.0;
+
 /// How many checks the guess weighs as much as.
 const BELIEF: f64 = 2.0;
 
@@ -107,16 +115,16 @@ const BELIEF: f64 = 2.0;
 const TRUST: f64 = 1000.0;
 
 impl Census {
-    /// A pixel that has got enough samples to be judged. `left`: samples that it may yet get.
-    pub fn pixel(&mut self, variance: f64, samples: u32, left: u32) -> Group {
-        let group = if left == 0 { SETTLED } else { bin(variance / f64::from(samples)) };
+    /// A pixel that has got enough samples to be judged. `work`: the rays that they took; `is_open`: whether it may get more.
+    pub fn pixel(&mut self, variance: f64, work: f64, is_open: bool) -> Group {
+        let group = if is_open { bin(variance / work) } else { SETTLED };
         self.groups[group].add(variance);
         Group(group as u8)
     }
 
-    /// A pixel that still has one sample.
-    pub fn unchecked(&mut self, fit: Fit) -> Group {
-        let group = Group::of_class(class(fit));
+    /// A pixel that still has one sample, of this cost.
+    pub fn unchecked(&mut self, fit: Fit, cost: f64) -> Group {
+        let group = Group::of_class(class(fit), cost);
         self.groups[usize::from(group.0)].pixels += 1;
         group
     }
@@ -137,7 +145,7 @@ impl Census {
 
     /// A pixel that had one sample and got more: the squared distance of the first from the mean.
     pub fn checked(&mut self, group: Group, distance2: f64) {
-        if let Some(class) = group.class() {
+        if let Some((class, _)) = group.class() {
             self.checks[class].add(distance2);
         }
     }
@@ -187,7 +195,7 @@ impl Census {
         self.groups[..SETTLED].iter().enumerate().map(move |(i, tally)| {
             let pixels = tally.pixels as f64;
             match Group(i as u8).class() {
-                Some(class) => (pixels, pixels * classes[class], classes[class]),
+                Some((class, cost)) => (pixels, pixels * classes[class], SINGLE * classes[class] / cost),
                 None => (pixels, correction * tally.error as f64 / SCALE, correction * value_of(i)),
             }
         })
@@ -211,7 +219,7 @@ impl Census {
     /// one pixel: since the samples of a pixel are limited, there is a last plan.
     ///
     /// A pixel with n samples and the squared error V gains about V/n by another sample. Refining wherever that is above
-    /// one threshold costs the fewest samples for an error; the threshold is the largest one with which the picture
+    /// one threshold for each ray costs the fewest rays for an error; the threshold is the largest one with which the picture
     /// is expected to come down to the target, or to half its error, before pixels are judged anew.
     pub fn plan(&self, target: f64) -> Option<Plan> {
         let (error, classes) = (self.error(), self.class_errors());
@@ -272,7 +280,7 @@ impl Plan {
 
     /// Expected squared error of a pixel with one sample, if this is a group of such.
     pub fn single(&self, group: Group) -> Option<f64> {
-        group.class().map(|class| self.classes[class])
+        group.class().map(|(class, _)| self.classes[class])
     }
 }
 
@@ -286,7 +294,7 @@ mod tests {
         let mut groups = [Group::default(); 2];
         for i in 0..1000 {
             let wrong = i >= 900;
-            groups[usize::from(wrong)] = census.pixel(if wrong { error * error } else { 0.0 }, 4, 100);
+            groups[usize::from(wrong)] = census.pixel(if wrong { error * error } else { 0.0 }, 4.0, true);
         }
         (census, groups)
     }
@@ -305,7 +313,7 @@ mod tests {
     #[test]
     fn what_may_not_be_refined_counts_and_ends_the_render() {
         let mut census = Census::default();
-        census.pixel(9.0, 64, 0);
+        census.pixel(9.0, 64.0, false);
         assert!((census.error() - 3.0).abs() < 1e-3);
         assert!(census.plan(1.0).is_none());
     }
@@ -318,7 +326,7 @@ mod tests {
         let of = |pixels: &[(f64, u32)]| {
             let mut census = Census::default();
             pixels.iter().for_each(|(error, samples)| {
-                census.pixel(*error, *samples, 9);
+                census.pixel(*error, f64::from(*samples), true);
                 census.compare(*error, 1.0);
             });
             census
@@ -335,7 +343,7 @@ mod tests {
         let fit = Fit { same: true, ..Fit::default() };
         let mut group = Group::default();
         for _ in 0..1000 {
-            group = census.unchecked(fit);
+            group = census.unchecked(fit, 3.0);
         }
         let guessed = census.error();
         for _ in 0..100 {
@@ -348,7 +356,7 @@ mod tests {
         // Checks hold for good.
         let mut next = Census::default();
         next.keep(&census);
-        next.unchecked(fit);
+        next.unchecked(fit, 3.0);
         assert!((next.error() - 2.0).abs() < 0.1);
     }
 

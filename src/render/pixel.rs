@@ -29,6 +29,8 @@ pub(super) struct Pixel {
     mixed: bool,
     /// Sum of the weights of paths that were not followed.
     cut: f32,
+    /// About the rays of all samples.
+    cost: u32,
     /// Expected squared error by its own samples (0 with one sample).
     pub own: f32,
     /// What the last census made of it: its group, and its expected squared error (0 with one sample).
@@ -55,6 +57,7 @@ impl Pixel {
         }
         self.mixed |= sample.tree != self.tree;
         self.cut += sample.cut as f32;
+        self.cost = self.cost.saturating_add(sample.cost);
         let x = sample.radiance;
         if !x.is_finite() {
             return false;
@@ -97,6 +100,11 @@ impl Pixel {
     /// Mean weight of the paths that were not followed.
     pub fn cut(&self) -> f64 {
         f64::from(self.cut) / f64::from(self.traced.max(1))
+    }
+
+    /// About the rays that a sample takes.
+    pub fn cost(&self) -> f64 {
+        f64::from(self.cost.max(1)) / f64::from(self.traced.max(1))
     }
 
     /// Hash of the ray tree; 0 where samples differ.

@@ -97,11 +97,12 @@ impl Round<'_> {
         };
         let traced = pixel.traced();
         if traced < JUDGED {
-            pixel.group = census.unchecked(fit);
+            pixel.group = census.unchecked(fit, pixel.cost());
             return;
         }
         pixel.judged = (f64::from(pixel.own) + self.missed(pixel, fit, x, y)) as f32;
-        pixel.group = census.pixel(f64::from(pixel.judged), traced, self.limit.saturating_sub(traced));
+        let work = pixel.cost() * f64::from(traced);
+        pixel.group = census.pixel(f64::from(pixel.judged), work, self.limit > traced);
     }
 
     /// Expected square of the error for what all samples of a pixel may have missed, as its neighbours show.

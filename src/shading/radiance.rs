@@ -152,11 +152,12 @@ impl<R: Recorder> Tracer<'_, R> {
         }
         let Some(interaction) = met else {
             level.sums[index] = scene.background(ray.direction);
+            self.samples[level.paths[index].sample as usize].cost += 1;
             return;
         };
         let material = &scene.materials[interaction.material as usize];
         let Path { sample, weight, .. } = level.paths[index];
-        self.samples[sample as usize].meet(&interaction, depth);
+        self.samples[sample as usize].meet(&interaction, depth, scene.lights.len());
         let side = if interaction.entering { 1.0 } else { -1.0 };
         let normal = interaction.shading_normal * side;
         let color = material.color(|| scene.uv(&interaction));
