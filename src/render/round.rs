@@ -1,4 +1,10 @@
 //! One round of refinement: which pixels get more samples, and how wrong each is after it.
+//!
+//! How much there is to gain was computed from 256 samples of a part of the pixels. Were the true error of each pixel known
+//! for any number of samples, an error of 1 would take 10.4 rays a pixel of the demo at 1280x720 (uniform samples: 49.5; rounds:
+//! 12.6 of all of its pixels) and 72.6 of the sphereflake at 720x720 (uniform: 178; rounds: 78). Two sums a pixel, the
+//! second of paths that weigh less than 1/8, from fewer samples (multi-level Monte Carlo), would make it 10.0 and 67.5: too little
+//! for what it takes.
 
 use super::census::{Census, FALL, Plan};
 use super::map::{Fit, Look, Map};
