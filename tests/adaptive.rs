@@ -471,6 +471,10 @@ fn light_too_weak_for_a_shadow_ray_is_taken_half() {
         let largest = compile(&d).largest_radiance.unwrap();
         let bound = if is_asked { 0.0 } else { weak / 2.0 };
         assert!((lacks.largest * largest - bound).abs() < 1e-6 * weak, "{weak} to {error:?}: {lacks:?}");
+        let told = render::explain(&compile(&d), &d, (4, 3), 1, None);
+        assert_eq!(told.color, film.pixel(4, 3), "{weak} to {error:?}");
+        let line = format!("not asked: at most {:.5} codes", bound * 255.0 * 12.92);
+        assert_eq!(told.to_string().contains(&line), !is_asked, "{line}: {told}");
     }
 }
 
