@@ -279,9 +279,9 @@ impl Tile {
         let gained = share_gained(from, to);
         let now = changes.sum::<f64>() / gained * (1.0 - gained);
         let change = ErrorChange { before: self.told.replace(now), now };
-        let variances = || self.pixels.iter().map(Pixel::variance);
-        let scale = now / variances().sum::<f64>().max(1e-9);
-        Some((change, variances().map(|variance| (variance * scale).sqrt() as f32).collect()))
+        let variances: Vec<f64> = self.pixels.iter().map(Pixel::variance).collect();
+        let scale = now / variances.iter().sum::<f64>().max(1e-9);
+        Some((change, variances.into_iter().map(|variance| (variance * scale).sqrt() as f32).collect()))
     }
 
     /// The pixels as they are known: those of the finest lattice so far, each the mean of its samples.
