@@ -3,11 +3,13 @@
 
 mod support;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use glimt::description::*;
-use glimt::math::{Rgb, linear_to_srgb};
+use glimt::math::{Rgb, SplitMix64, linear_to_srgb};
 use glimt::render::{self, Film, Progress, RenderEvent, Settings};
+use glimt::shading::{RayCounts, Sample, Scratch, sampler};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use support::*;
 
@@ -392,4 +394,90 @@ fn what_a_cut_picture_lacks_is_within_the_bound_and_is_cheaper_than_the_same_by_
     for (weight, error) in weights.iter().zip([32.0, 16.0, 8.0, 4.0, 2.0]) {
         assert!(weight.0 <= error / 3.0, "{weight:?} for an error of {error}");
     }
+}
+
+#[test]
+fn light_too_weak_for_a_shadow_ray_is_taken_half() {
+    let mut d = desc(9, 7, orthographic(v(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y, 4.0));
+    d.materials = vec![MaterialDesc { ambient: 0.1, diffuse: 1.0, ..bare("wall", Rgb::grey(0.8)) }];
+    d.objects = vec![cuboid(DVec3::ZERO, v(50.0, 50.0, 1.0), "wall")];
+    // At 60 degrees half of it falls on the wall.
+    let aslant = v(3f64.sqrt(), 0.0, 1.0);
+    let strong = sun(DVec3::Z, Rgb::WHITE, 0.5);
+    // (Weak light's strength as it falls on the wall, error to reach, whether it is asked for.)
+    for (weak, error, is_asked) in [
+        (1.4e-4, Some(1.0), false),
+        (1.4e-4, Some(40.0), false),
+        (1.6e-4, Some(1.0), true),
+        (0.7e-4, Some(0.5), false),
+        (0.8e-4, Some(0.5), true),
+        (1e-9, None, true),
+    ] {
+        d.lights = vec![sun(aslant, Rgb::WHITE, weak / 0.8 / 0.5), strong.clone()];
+        d.render.error = error;
+        let (film, rays, lacks) = cut(&d);
+        let part = if is_asked { 1.0 } else { 0.5 };
+        let want = 0.08 + 0.4 + part * weak;
+        let got = f64::from(film.pixel(4, 3)[0]);
+        assert!((got - want).abs() < 1e-7, "{weak} to {error:?}: {got}, expected {want}");
+        assert_eq!(rays, 63 * if is_asked { 3 } else { 2 }, "{weak} to {error:?}");
+        let largest = compile(&d).largest_radiance.unwrap();
+        let bound = if is_asked { 0.0 } else { weak / 2.0 };
+        assert!((lacks.largest * largest - bound).abs() < 1e-6 * weak, "{weak} to {error:?}: {lacks:?}");
+    }
+}
+
+#[test]
+fn what_lights_that_are_not_asked_for_change_is_within_the_bound_however_many_there_are() {
+    let mut random = SplitMix64(31);
+    let (mut spared, mut largest) = (0, 0.0f64);
+    for case in 0..60 {
+        let lights = 1 << (case % 7);
+        let mut d = desc(8, 8, perspective(v(0.0, 2.0, 6.0), DVec3::ZERO, DVec3::Y, 50.0));
+        let mut place = || v(random.range(-2.0, 2.0), random.range(-0.5, 2.0), random.range(-2.0, 2.0));
+        let places: Vec<DVec3> = (0..6).map(|_| place()).collect();
+        let lit: Vec<DVec3> = (0..lights).map(|_| 4.0 * place() + v(0.0, 3.0, 0.0)).collect();
+        let color = || Rgb::new(0.9, 0.6, 0.3);
+        let shiny = MaterialDesc {
+            ambient: 0.1,
+            diffuse: 0.5,
+            specular: 0.4,
+            shininess: 20.0,
+            reflect: [0.0, 0.02, 0.3][case % 3],
+            ..bare("shiny", color())
+        };
+        let glass = MaterialDesc { diffuse: 0.1, transmit: 0.6, reflect: 0.1, ior: 1.4, ..bare("glass", color()) };
+        d.materials = vec![shiny, glass, matte("floor", Rgb::grey(0.5))];
+        d.objects = vec![cuboid(v(0.0, -1.0, 0.0), v(20.0, 0.2, 20.0), "floor")];
+        for (i, place) in places.into_iter().enumerate() {
+            d.objects.push(sphere(place, 0.4, ["shiny", "glass"][usize::from(i % 3 == 0 && case % 2 == 0)]));
+        }
+        for place in lit {
+            // From those that matter to those that do not.
+            let intensity = 0.3 * 10f64.powf(random.range(-5.0, 0.0));
+            d.lights.push(point_light(place, Rgb::WHITE, intensity, Falloff::None));
+        }
+        d.render.shadows = [Shadows::Opaque, Shadows::Filtered][case % 2];
+        let [(part, few, bound), (whole, all, _)] = [Some(0.7), None].map(|error| {
+            d.render.error = error;
+            let scene = compile(&d);
+            let points: Vec<_> = (0..64).map(|i| DVec2::new(f64::from(i % 8) + 0.3, f64::from(i / 8) + 0.6)).collect();
+            let (mut samples, mut rays) = (vec![Sample::default(); 64], RayCounts::default());
+            let stop = AtomicBool::new(false);
+            sampler(&scene)(&scene, &points, &mut samples, &mut rays, &mut Scratch::default(), &stop);
+            (samples, rays, scene.largest_radiance.unwrap())
+        });
+        spared += all.shadow - few.shadow;
+        for (part, whole) in part.iter().zip(&whole) {
+            let (a, b) = (part.radiance, whole.radiance);
+            let apart = (a.r - b.r).abs().max((a.g - b.g).abs()).max((a.b - b.b).abs());
+            assert!(apart <= (part.cut + whole.cut) * bound + 1e-12, "case {case}: {apart:e}, {part:?}, {whole:?}");
+            if case % 3 == 0 && case % 2 == 1 {
+                // Nothing but lights is left out: less than half a code and half of the error, even in black.
+                assert!(part.cut * bound <= 0.35 / (255.0 * 12.92) * (1.0 + 1e-12), "case {case}: {part:?}");
+                largest = largest.max(apart);
+            }
+        }
+    }
+    assert!(spared > 5000 && largest > 1e-5, "{spared} shadow rays less, {largest:e}");
 }

@@ -278,7 +278,7 @@ impl Worker {
                 Job::Begin(rects) => self.begin(&rects, &mut batch),
                 Job::Go(tile, Step::Listed(number)) => self.pass(tile, number, &mut batch),
                 Job::Go(tile, Step::Round(number, plan)) => self.round(tile, number, plan.as_deref(), &mut batch),
-                Job::Go(tile, Step::Judge(number)) => self.judge(tile, number),
+                Job::Go(tile, Step::Judge(number)) => self.judge(tile, number, &mut batch),
             };
             if let Err(Leave) = done {
                 return;
@@ -405,11 +405,11 @@ impl Worker {
     }
 
     /// Judges the pixels of a tile after a round. Who judges the last one plans the next round.
-    fn judge(&self, mut tile: Tile, number: u32) -> Result<(), Leave> {
+    fn judge(&self, mut tile: Tile, number: u32, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
         let mut census = Census::default();
-        tile.judge(&shared.round(map, None), &mut census);
+        tile.judge(&shared.round(map, None), batch, &mut census);
         let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
         gathering.census.merge(&census);

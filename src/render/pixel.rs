@@ -1,7 +1,7 @@
 //! The sums of one pixel, and how wrong its mean may be.
 
 use super::census::Group;
-use crate::math::{Rgb, linear_to_srgb};
+use crate::math::{Rgb, linear_to_srgb_near};
 use crate::shading::Sample;
 
 /// What is known of a pixel: sums over its samples, added in their order.
@@ -29,6 +29,8 @@ pub(super) struct Pixel {
     mixed: bool,
     /// Sum of the weights of paths that were not followed.
     cut: f32,
+    /// About the rays of all samples.
+    cost: u32,
     /// Expected squared error by its own samples (0 with one sample).
     pub own: f32,
     /// What the last census made of it: its group, and its expected squared error (0 with one sample).
@@ -55,6 +57,7 @@ impl Pixel {
         }
         self.mixed |= sample.tree != self.tree;
         self.cut += sample.cut as f32;
+        self.cost = self.cost.saturating_add(sample.cost);
         let x = sample.radiance;
         if !x.is_finite() {
             return false;
@@ -99,6 +102,11 @@ impl Pixel {
         f64::from(self.cut) / f64::from(self.traced.max(1))
     }
 
+    /// About the rays that a sample takes.
+    pub fn cost(&self) -> f64 {
+        f64::from(self.cost.max(1)) / f64::from(self.traced.max(1))
+    }
+
     /// Hash of the ray tree; 0 where samples differ.
     pub fn tree(&self) -> u32 {
         if self.mixed { 0 } else { self.tree | 1 }
@@ -115,7 +123,7 @@ impl Pixel {
         let mean = self.mean();
         let square = |mean: f64, squares: f32| {
             let deviation = (f64::from(squares) * of_mean).sqrt();
-            (127.5 * (linear_to_srgb(mean + deviation) - linear_to_srgb(mean - deviation))).powi(2)
+            (127.5 * (linear_to_srgb_near(mean + deviation) - linear_to_srgb_near(mean - deviation))).powi(2)
         };
         let [r, g, b] = self.squares;
         (square(mean.r, r) + square(mean.g, g) + square(mean.b, b)) / 3.0

@@ -3,7 +3,7 @@
 use super::census::Census;
 use super::control::{Control, Wait};
 use super::event::{Cut, ErrorChange, TileImage, TileStats};
-use super::map::{Look, Map};
+use super::map::{Look, Map, Window};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
 use super::round::{Round, share_gained};
@@ -63,6 +63,10 @@ pub(super) struct Batch {
     scratch: Scratch,
     /// What the pixels looked like before the pass.
     looks: Vec<Look>,
+    /// What is seen in and around a tile that is judged.
+    window: Window,
+    /// Which pixels of a row are to be judged anew.
+    stale: Vec<bool>,
     /// Pixels of a pass: which, how many samples they have and how many they are to have.
     wanted: Vec<(u32, u32, u32)>,
 }
@@ -225,12 +229,25 @@ impl Tile {
     }
 
     /// Judges all pixels when all tiles have been traced.
-    pub(super) fn judge(&mut self, round: &Round, census: &mut Census) {
+    pub(super) fn judge(&mut self, round: &Round, batch: &mut Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
-        let mut sum = 0.0;
-        for (at, pixel) in (0..).zip(&mut self.pixels) {
-            round.judge(pixel, x + at % width, y + at / width, census);
-            sum += f64::from(pixel.judged);
+        let Batch { window, stale, .. } = batch;
+        let (mut sum, mut is_there) = (0.0, false);
+        for (row, line) in (0..).zip(self.pixels.chunks_mut(width as usize)) {
+            stale.clear();
+            stale.extend((x..x + width).map(|x| round.map.take_stale(x, y + row)));
+            if let Some(first) = stale.iter().position(|stale| *stale) {
+                let end = stale.iter().rposition(|stale| *stale).map_or(0, |last| last + 1);
+                if !std::mem::replace(&mut is_there, true) {
+                    round.map.look_around(self.rect, window);
+                }
+                window.fit(row as usize, first, end);
+            }
+            for ((column, pixel), stale) in (0..).zip(line).zip(&*stale) {
+                let fit = stale.then(|| window.fits[column as usize]);
+                round.judge(pixel, fit, x + column, y + row, census);
+                sum += f64::from(pixel.judged);
+            }
         }
         self.told = Some(sum);
     }
