@@ -94,7 +94,7 @@ pub(super) struct Fit {
     /// Whether the ray trees are all the same.
     pub same: bool,
     /// The neighbour that differs most: its place in the square of nine, row by row. The pixel itself if none does.
-    other: u8,
+    pub other: u8,
 }
 
 /// What is seen in the pixels of a tile and around it, by channel, so that fits are found for many at once. (One by one, out of
