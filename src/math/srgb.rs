@@ -38,8 +38,7 @@ static CURVE: LazyLock<[f64; (OCTAVES << SEGMENT_BITS) + 2]> =
 
 /// As [`linear_to_srgb`] within 1e-5 (0.003 codes), without evaluating a power: for telling how wrong pixels are.
 pub fn linear_to_srgb_near(v: f64) -> f64 {
-    // NaN too.
-    if !(v > 0.0031308) {
+    if v.is_nan() || v <= 0.0031308 {
         return 12.92 * v.max(0.0);
     }
     let bits = v.min(1.0).to_bits();
