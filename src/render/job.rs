@@ -377,7 +377,7 @@ impl Worker {
             (stats.squared_error, image.errors) = (Some(change), errors);
         }
         stats.cut = tile.cut();
-        stats.busy += judging.elapsed();
+        stats.busy += judging.elapsed() + std::mem::take(&mut batch.untold);
         stats.done = shared.begun.elapsed();
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
         if traced == Traced::Part {
@@ -408,8 +408,9 @@ impl Worker {
     fn judge(&self, mut tile: Tile, number: u32, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
-        let mut census = Census::default();
+        let (mut census, judging) = (Census::default(), Instant::now());
         tile.judge(&shared.round(map, None), batch, &mut census);
+        batch.untold += judging.elapsed();
         let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
         gathering.census.merge(&census);

@@ -159,11 +159,16 @@ impl Map {
         }
     }
 
-    /// Puts down a pixel.
-    pub fn write(&self, x: u32, y: u32, look: Look) {
+    /// Puts down a pixel for the first time: all are stale from the beginning.
+    pub fn begin(&self, x: u32, y: u32, look: Look) {
         let at = self.at(x, y);
         self.words[at].store(look.pack(), Ordering::Relaxed);
         self.variances[at].store(look.variance.to_bits(), Ordering::Relaxed);
+    }
+
+    /// Puts down a pixel that has changed.
+    pub fn write(&self, x: u32, y: u32, look: Look) {
+        self.begin(x, y, look);
         for row in y.saturating_sub(1)..self.height.min(y + 2) {
             let (from, to) = (self.at(x.saturating_sub(1), row), self.at(self.width.min(x + 2), row));
             self.stale[from..to].iter().for_each(|stale| stale.store(true, Ordering::Relaxed));
@@ -215,6 +220,11 @@ impl Map {
     pub fn other(&self, x: u32, y: u32, fit: Fit) -> Look {
         let off = |at: u32, k: u8, size: u32| (at + u32::from(k)).saturating_sub(1).min(size - 1);
         self.look(off(x, fit.other % 3, self.width), off(y, fit.other / 3, self.height))
+    }
+
+    /// How many there are.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
     }
 
     fn at(&self, x: u32, y: u32) -> usize {

@@ -18,13 +18,15 @@ pub(super) struct Round<'a> {
     pub limit: u32,
 }
 
-/// In round 1 one pixel of a square of this side is looked into.
+/// In round 1 one pixel of a square of this side is looked into: a large film has enough of them even so.
 const LOT: u32 = 8;
+const LOT_OF_LARGE: u32 = 16;
+const LARGE: u64 = 1 << 18;
 
 /// Whether the lot falls on a pixel in its square.
-fn is_drawn(x: u32, y: u32) -> bool {
-    let lot = lowbias32(lowbias32(x / LOT) ^ (y / LOT).wrapping_add(0x51ed_270b));
-    lot % (LOT * LOT) == y % LOT * LOT + x % LOT
+fn is_drawn(x: u32, y: u32, side: u32) -> bool {
+    let lot = lowbias32(lowbias32(x / side) ^ (y / side).wrapping_add(0x51ed_270b));
+    lot % (side * side) == y % side * side + x % side
 }
 
 /// An edge that passes a pixel at a place of even chance is missed by all of n stratified samples with the chance
@@ -50,11 +52,15 @@ impl Round<'_> {
     pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
         let traced = pixel.traced();
         let wanted = match self.plan {
-            None if is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
+            None if self.is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
             None => traced.max(self.map.first_look(x, y)),
             Some(plan) => plan.refine(pixel.group, traced),
         };
         wanted.min(self.limit)
+    }
+
+    fn is_drawn(&self, x: u32, y: u32) -> bool {
+        is_drawn(x, y, if self.map.pixels() < LARGE { LOT } else { LOT_OF_LARGE })
     }
 
     /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
@@ -67,7 +73,7 @@ impl Round<'_> {
         if !is_thin && pixel.judged > 0.0 {
             census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
         }
-        if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
+        if before == 1 && (self.plan.is_some() || self.is_drawn(x, y)) {
             census.checked(pixel.group, distance2);
         }
         self.map.write(x, y, look);

@@ -12,7 +12,7 @@ use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A rectangle of pixels of the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,6 +67,8 @@ pub(super) struct Batch {
     window: Window,
     /// Which pixels of a row are to be judged anew.
     stale: Vec<bool>,
+    /// Time for judging that no event has told.
+    pub untold: Duration,
     /// Pixels of a pass: which, how many samples they have and how many they are to have.
     wanted: Vec<(u32, u32, u32)>,
 }
@@ -216,7 +218,7 @@ impl Tile {
     pub(super) fn write(&self, map: &Map) {
         let Rect { x, y, width, .. } = self.rect;
         for (at, pixel) in (0..).zip(&self.pixels) {
-            map.write(x + at % width, y + at / width, Look::of(pixel));
+            map.begin(x + at % width, y + at / width, Look::of(pixel));
         }
     }
 
