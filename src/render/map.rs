@@ -222,11 +222,6 @@ impl Map {
         self.look(off(x, fit.other % 3, self.width), off(y, fit.other / 3, self.height))
     }
 
-    /// How many there are.
-    pub fn pixels(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
-    }
-
     fn at(&self, x: u32, y: u32) -> usize {
         y as usize * self.width as usize + x as usize
     }

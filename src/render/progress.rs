@@ -220,7 +220,7 @@ impl Progress {
         self.convergence.error()
     }
 
-    /// Weight of the paths that were not followed, for their weight or their depth: mean over the pixels, and that of the
+    /// Weight of what was not followed, for its weight or its depth, and of lights that were not asked for: mean over the pixels, and that of the
     /// worst pixel.
     pub fn cut(&self) -> Cut {
         let all = self
@@ -230,7 +230,7 @@ impl Progress {
         Cut { sum: all.sum / self.pixels.max(1) as f64, ..all }
     }
 
-    /// What the paths that were not followed can change at most, in linear light: mean over the pixels, and the worst pixel;
+    /// What that can change at most, in linear light: mean over the pixels, and the worst pixel;
     /// `None` if nothing bounds it.
     pub fn cut_bound(&self) -> Option<Cut> {
         let cut = self.cut();

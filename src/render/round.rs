@@ -1,4 +1,10 @@
 //! One round of refinement: which pixels get more samples, and how wrong each is after it.
+//!
+//! How much there is to gain was computed from 256 samples of a part of the pixels. Were the true error of each pixel known
+//! for any number of samples, an error of 1 would take 10.4 rays a pixel of the demo at 1280x720 (uniform samples: 49.5; rounds:
+//! 12.6 of all of its pixels) and 72.6 of the sphereflake at 720x720 (uniform: 178; rounds: 78). Two sums a pixel, the
+//! second of paths that weigh less than 1/8, from fewer samples (multi-level Monte Carlo), would make it 10.0 and 67.5: too little
+//! for what it takes.
 
 use super::census::{Census, FALL, Plan};
 use super::map::{Fit, Look, Map};
@@ -18,15 +24,14 @@ pub(super) struct Round<'a> {
     pub limit: u32,
 }
 
-/// In round 1 one pixel of a square of this side is looked into: a large film has enough of them even so.
+/// In round 1 one pixel of a square of this side is looked into. (With 16 at 1280x720 classes were known worse, and the demo
+/// took 3 % more rays for an error.)
 const LOT: u32 = 8;
-const LOT_OF_LARGE: u32 = 16;
-const LARGE: u64 = 1 << 18;
 
 /// Whether the lot falls on a pixel in its square.
-fn is_drawn(x: u32, y: u32, side: u32) -> bool {
-    let lot = lowbias32(lowbias32(x / side) ^ (y / side).wrapping_add(0x51ed_270b));
-    lot % (side * side) == y % side * side + x % side
+fn is_drawn(x: u32, y: u32) -> bool {
+    let lot = lowbias32(lowbias32(x / LOT) ^ (y / LOT).wrapping_add(0x51ed_270b));
+    lot % (LOT * LOT) == y % LOT * LOT + x % LOT
 }
 
 /// An edge that passes a pixel at a place of even chance is missed by all of n stratified samples with the chance
@@ -52,15 +57,11 @@ impl Round<'_> {
     pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
         let traced = pixel.traced();
         let wanted = match self.plan {
-            None if self.is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
+            None if is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
             None => traced.max(self.map.first_look(x, y)),
             Some(plan) => plan.refine(pixel.group, traced),
         };
         wanted.min(self.limit)
-    }
-
-    fn is_drawn(&self, x: u32, y: u32) -> bool {
-        is_drawn(x, y, if self.map.pixels() < LARGE { LOT } else { LOT_OF_LARGE })
     }
 
     /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
@@ -73,7 +74,7 @@ impl Round<'_> {
         if !is_thin && pixel.judged > 0.0 {
             census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
         }
-        if before == 1 && (self.plan.is_some() || self.is_drawn(x, y)) {
+        if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
             census.checked(pixel.group, distance2);
         }
         self.map.write(x, y, look);
