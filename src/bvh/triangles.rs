@@ -77,7 +77,7 @@ impl Triangles {
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
-        self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, false>>(ray, self).1.and_then(|visitor| visitor.best)
+        self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, false>>(ray, self).1
     }
 
     /// Whether a ray meets any triangle.
@@ -87,13 +87,10 @@ impl Triangles {
 
     /// Nodes and blocks that [`Triangles::intersect`] looks at; with `any`, those of [`Triangles::occluded`].
     pub fn visits<K: TreeKernels>(&self, ray: &Ray, any: bool) -> u64 {
-        let tree = &self.tree;
         if any {
-            let counted = tree.traverse::<K::Boxes, Counted<Visitor<'_, K::Triangles, true>>>(ray, self).1;
-            counted.map_or(0, |counted| counted.visits)
+            self.tree.traverse::<K::Boxes, Counted<Visitor<'_, K::Triangles, true>>>(ray, self).0
         } else {
-            let counted = tree.traverse::<K::Boxes, Counted<Visitor<'_, K::Triangles, false>>>(ray, self).1;
-            counted.map_or(0, |counted| counted.visits)
+            self.tree.traverse::<K::Boxes, Counted<Visitor<'_, K::Triangles, false>>>(ray, self).0
         }
     }
 
@@ -127,6 +124,8 @@ struct Visitor<'a, T, const ANY_HIT: bool> {
 
 impl<'a, T: BlockTest, const ANY_HIT: bool> LeafVisitor for Visitor<'a, T, ANY_HIT> {
     type Source = &'a Triangles;
+    /// Whether there is a hit, and unless any will do the closest.
+    type Found = (bool, Option<TriangleHit>);
     const ANY_HIT: bool = ANY_HIT;
 
     #[inline(always)]
@@ -153,6 +152,11 @@ impl<'a, T: BlockTest, const ANY_HIT: bool> LeafVisitor for Visitor<'a, T, ANY_H
             }
         }
         false
+    }
+
+    #[inline(always)]
+    fn found(self, ended: bool) -> Self::Found {
+        (ended, self.best)
     }
 }
 

@@ -5,12 +5,16 @@ use super::x86::Avx2;
 use super::{Isa, Lanes, Portable};
 use crate::bvh::{BoxTest, Bvh, Child, MAX_DEPTH};
 use crate::geometry::Ray;
+use glam::DVec3;
 use std::mem::MaybeUninit;
 
 /// What is done with the leaves on the way of a ray.
 pub trait LeafVisitor: Sized {
     /// What a visitor is made from.
     type Source: Copy;
+
+    /// What is left of a visitor at the end. A visitor is large and written in pieces; copying it out took 4 % of single rays.
+    type Found;
 
     /// A visitor for a ray. Called inside of the traversal, so that set-up is compiled for its instruction set: a closure
     /// in its place stayed out of line and took 12 % of single rays.
@@ -26,6 +30,9 @@ pub trait LeafVisitor: Sized {
     /// An inner node is opened: its eight boxes are tested.
     #[inline(always)]
     fn open(&mut self) {}
+
+    /// What has been found. `ended`: by this visitor, before the last leaf.
+    fn found(self, ended: bool) -> Self::Found;
 }
 
 /// A visitor, and how many nodes and blocks the traversal looks at for it.
@@ -38,6 +45,7 @@ pub struct Counted<V> {
 
 impl<V: LeafVisitor> LeafVisitor for Counted<V> {
     type Source = V::Source;
+    type Found = (u64, V::Found);
     const ANY_HIT: bool = V::ANY_HIT;
 
     #[inline(always)]
@@ -56,49 +64,66 @@ impl<V: LeafVisitor> LeafVisitor for Counted<V> {
         self.visits += 1;
         self.visitor.open();
     }
+
+    #[inline(always)]
+    fn found(self, ended: bool) -> Self::Found {
+        (self.visits, self.visitor.found(ended))
+    }
 }
 
 impl Bvh {
-    /// Visits the leaves that the ray may meet, nearer ones first. Whether the visitor ended it, and the visitor, unless the
-    /// tree is empty.
+    /// Visits the leaves that the ray may meet, nearer ones first, and returns what the visitor has found.
     ///
     /// With a conservative `T`, no leaf is passed over whose primitives the ray meets at t <= t_max, ties included.
     #[inline]
-    pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
+    pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> V::Found {
         if self.nodes.is_empty() {
-            return (false, None);
+            return V::new(source, ray).found(false);
         }
+        let Ray { origin: o, direction: d, t_min, t_max } = *ray;
         match self.isa {
             Isa::Portable => traverse::<Portable, T, V>(Portable, self, ray, source),
             // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => unsafe { traverse_avx2::<T, V>(self, ray, source) },
+            Isa::Avx2 => unsafe { traverse_avx2::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => unsafe { traverse_avx512::<T, V>(self, ray, source) },
+            Isa::Avx512 => unsafe { traverse_avx512::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max) },
             #[cfg(not(target_arch = "x86_64"))]
             _ => traverse::<Portable, T, V>(Portable, self, ray, source),
         }
     }
 }
 
-/// # Safety
-/// The processor has what [`Isa::Avx2`] names.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn traverse_avx2<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
-    // SAFETY: this function's own condition.
-    traverse::<Avx2, T, V>(unsafe { Avx2::new() }, tree, ray, source)
+/// The entry points of the instruction sets. They take the ray number by number, that is in registers: from memory it is loaded as vectors
+/// right after it has been stored in pieces, which the processor can not forward. That took PLACEHOLDER.
+macro_rules! entry_point {
+    ($name:ident, $features:literal) => {
+        /// # Safety
+        /// The processor has what [`Isa`] names.
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = $features)]
+        #[allow(clippy::too_many_arguments)]
+        unsafe fn $name<T: BoxTest, V: LeafVisitor>(
+            tree: &Bvh,
+            source: V::Source,
+            ox: f64,
+            oy: f64,
+            oz: f64,
+            dx: f64,
+            dy: f64,
+            dz: f64,
+            t_min: f64,
+            t_max: f64,
+        ) -> V::Found {
+            let ray = Ray { origin: DVec3::new(ox, oy, oz), direction: DVec3::new(dx, dy, dz), t_min, t_max };
+            // SAFETY: this function's own condition.
+            traverse::<Avx2, T, V>(unsafe { Avx2::new() }, tree, &ray, source)
+        }
+    };
 }
-
-/// # Safety
-/// The processor has what [`Isa::Avx512`] names.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-unsafe fn traverse_avx512<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> (bool, Option<V>) {
-    // SAFETY: this function's own condition.
-    traverse::<Avx2, T, V>(unsafe { Avx2::new() }, tree, ray, source)
-}
+entry_point!(traverse_avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
+entry_point!(traverse_avx512, "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw");
 
 /// Children that wait: at most seven a level.
 pub(super) const STACK: usize = 7 * MAX_DEPTH + 8;
@@ -121,12 +146,12 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
     tree: &Bvh,
     ray: &Ray,
     source: V::Source,
-) -> (bool, Option<V>) {
+) -> V::Found {
     let mut visitor = V::new(source, ray);
     let test = T::new(ray, tree.extent);
     let mut t_max = ray.t_max;
     let ended = walk(lanes, tree, &test, &test.prepare(lanes), &mut visitor, &mut t_max, Child(0));
-    (ended, Some(visitor))
+    visitor.found(ended)
 }
 
 /// Visits the leaves of a subtree that a ray may meet before `t_max`, nearer ones first. Whether the visitor ended it.
