@@ -211,20 +211,14 @@ pub struct WatertightTest {
     slope: [f32; 2],
     offset: [f32; 2],
     slack: [f32; 2],
-    /// Bounds of the ray along its largest axis, rounded outward.
-    z_low: f32,
-    z_high: f32,
+    /// Lanes that are candidates in any case: all where the bound does not hold.
+    always: u32,
+    /// Coordinates along the largest axis at t_min and at t_max, rounded outward.
+    start: f32,
+    end: f32,
+    /// `end` comes from here, in steps of `direction_z`.
+    end_from: f64,
     direction_z: f64,
-    z_pad: f64,
-}
-
-impl WatertightTest {
-    /// The coordinate along the largest axis at t, rounded away from the ray.
-    #[inline(always)]
-    fn z_at(&self, t: f64, away: f64) -> f32 {
-        let z = self.exact.origin[2] + t * self.direction_z;
-        (z + away * (z.abs() * 1.3e-7 + self.z_pad)) as f32
-    }
 }
 
 impl BlockTest for WatertightTest {
@@ -234,30 +228,29 @@ impl BlockTest for WatertightTest {
         let ([ox, oy, oz], [sx, sy, _]) = (exact.origin, exact.shear);
         let u = 1.0 / 16_777_216.0;
         let d = 13.0 * u * extent;
-        let origin_size = ox.abs().max(oy.abs()).max(oz.abs());
+        let origin_size = ray.origin.abs().max_element();
         // Beyond 1e7 extents the bound does not hold, and beyond 1e15 f32 products overflow: every lane goes to the f64 test.
-        let floor = if origin_size <= 1e7 * extent && extent <= 1e15 { (6.0 * d * d) as f32 } else { f32::INFINITY };
+        let holds = (origin_size <= 1e7 * extent) & (extent <= 1e15);
+        let direction_z = ray.direction.to_array()[exact.axes[2]];
+        // Rounding of t dz, of the sum, and of what is not beyond the tree to f32; whatever is beyond it has no corner near.
+        let pad = (8e-15 * (oz.abs() + extent) + 1.3e-7 * extent).copysign(direction_z);
         let mut test = Self {
             slope: [sx as f32, sy as f32],
             offset: [(sx * oz - ox) as f32, (sy * oz - oy) as f32],
-            slack: [((4.0 * d + 16.0 * u * extent) * 1.001) as f32, floor * 1.001],
-            z_low: 0.0,
-            z_high: 0.0,
-            direction_z: ray.direction.to_array()[exact.axes[2]],
-            z_pad: 8e-15 * (oz.abs() + extent),
+            slack: [((4.0 * d + 16.0 * u * extent) * 1.001) as f32, (6.0 * d * d * 1.001) as f32],
+            always: if holds { 0 } else { 0xff },
+            start: (oz - pad + ray.t_min * direction_z) as f32,
+            end: 0.0,
+            end_from: oz + pad,
+            direction_z,
             exact,
         };
-        let side = 1f64.copysign(test.direction_z);
-        let (start, end) = (test.z_at(ray.t_min, -side), test.z_at(ray.t_max, side));
-        (test.z_low, test.z_high) = if test.direction_z > 0.0 { (start, end) } else { (end, start) };
+        test.shorten(ray.t_max);
         test
     }
 
     #[inline(always)]
     fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32 {
-        if self.slack[1] == f32::INFINITY {
-            return 0xff;
-        }
         let [kx, ky, kz] = self.exact.axes;
         let coordinate = |corner: usize, axis: usize| lanes.load(&block.corners[corner][axis]);
         let (sx, sy) = (lanes.splat(self.slope[0]), lanes.splat(self.slope[1]));
@@ -281,9 +274,10 @@ impl BlockTest for WatertightTest {
         let inside = lanes.or(lanes.le(lanes.sub(zero, slack), low), lanes.le(high, slack));
         let z_min = lanes.min(lanes.min(z0, z1), z2);
         let z_max = lanes.max(lanes.max(z0, z1), z2);
-        let behind_start = lanes.le(lanes.splat(self.z_low), z_max);
-        let before_end = lanes.le(z_min, lanes.splat(self.z_high));
-        lanes.bits(lanes.and(inside, lanes.and(behind_start, before_end)))
+        let (start, end) = (lanes.splat(self.start), lanes.splat(self.end));
+        let above = lanes.le(lanes.min(start, end), z_max);
+        let below = lanes.le(z_min, lanes.max(start, end));
+        lanes.bits(lanes.and(inside, lanes.and(above, below))) | self.always
     }
 
     #[inline(always)]
@@ -293,11 +287,7 @@ impl BlockTest for WatertightTest {
 
     #[inline(always)]
     fn shorten(&mut self, t_max: f64) {
-        if self.direction_z > 0.0 {
-            self.z_high = self.z_at(t_max, 1.0);
-        } else {
-            self.z_low = self.z_at(t_max, -1.0);
-        }
+        self.end = (self.end_from + t_max * self.direction_z) as f32;
     }
 }
 

@@ -16,6 +16,10 @@ pub struct TriangleRay {
     t_min: f64,
 }
 
+/// The other axes in cyclic order before the one called z: its sign does not matter, since edge functions are compared with each other
+/// only. (Not a constant, of which the compiler makes a copy on the stack for every ray.)
+static CYCLIC: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 impl TriangleRay {
     /// Prepares a ray of the mesh's space.
     #[inline(always)]
@@ -30,9 +34,7 @@ impl TriangleRay {
         } else {
             2
         };
-        // Two axes in cyclic order: the sign of the largest component does not matter, since edge functions are compared
-        // with each other only.
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
+        let axes = CYCLIC[z];
         let [x, y, z] = axes;
         let inverse = 1.0 / d[z];
         Self { axes, origin: [o[x], o[y], o[z]], shear: [d[x] * inverse, d[y] * inverse, inverse], t_min: ray.t_min }
