@@ -78,7 +78,9 @@ impl BoxTest for PlainSlab {
 
     #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
-        let planes = [self.reciprocal, self.offset];
+        let [x, y, z] = self.reciprocal;
+        let [p, q, r] = self.offset;
+        let planes = [[x, y, z, 0.0], [p, q, r, 0.0]];
         SlabLanes::new(lanes, planes, planes, self.t_min)
     }
     #[inline(always)]

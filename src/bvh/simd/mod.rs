@@ -130,6 +130,8 @@ pub trait Lanes: Copy {
 
     /// The same value in every lane.
     fn splat(self, v: f32) -> Self::V;
+    /// The first three values, each in every lane. Takes four, since the compiler computes four at a time.
+    fn splat3(self, v: [f32; 4]) -> [Self::V; 3];
     /// Eight values in memory.
     fn load(self, v: &[f32; 8]) -> Self::V;
     /// To memory.

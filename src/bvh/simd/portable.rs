@@ -32,6 +32,10 @@ impl Lanes for Portable {
         [v; 8]
     }
     #[inline(always)]
+    fn splat3(self, [x, y, z, _]: [f32; 4]) -> [[f32; 8]; 3] {
+        [[x; 8], [y; 8], [z; 8]]
+    }
+    #[inline(always)]
     fn load(self, v: &[f32; 8]) -> [f32; 8] {
         *v
     }

@@ -23,13 +23,11 @@ struct Plane<L: Lanes> {
 impl<L: Lanes> SlabLanes<L> {
     /// Spreads a slab's numbers: the first three reciprocals and constants of the near planes, and of the far ones.
     #[inline(always)]
-    pub fn new<const N: usize>(lanes: L, near: [[f32; N]; 2], far: [[f32; N]; 2], t_min: f32) -> Self {
+    pub fn new(lanes: L, near: [[f32; 4]; 2], far: [[f32; 4]; 2], t_min: f32) -> Self {
         let row = |axis: usize| 2 * axis + usize::from(far[0][axis] < 0.0);
-        let spread = |[reciprocal, constant]: [[f32; N]; 2]| {
-            let plane = |axis: usize| Plane {
-                reciprocal: lanes.splat(reciprocal[axis]),
-                constant: lanes.splat(constant[axis]),
-            };
+        let spread = |[reciprocal, constant]: [[f32; 4]; 2]| {
+            let (reciprocal, constant) = (lanes.splat3(reciprocal), lanes.splat3(constant));
+            let plane = |axis: usize| Plane { reciprocal: reciprocal[axis], constant: constant[axis] };
             [plane(0), plane(1), plane(2)]
         };
         Self { near: spread(near), far: spread(far), t_min: lanes.splat(t_min), rows: [row(0), row(1), row(2)] }

@@ -33,6 +33,12 @@ impl Lanes for Avx2 {
         avx!(_mm256_set1_ps(v))
     }
     #[inline(always)]
+    fn splat3(self, v: [f32; 4]) -> [__m256; 3] {
+        let v = avx!(_mm_loadu_ps(v.as_ptr()));
+        let of = |v| avx!(_mm256_broadcastss_ps(v));
+        [of(v), of(avx!(_mm_movehdup_ps(v))), of(avx!(_mm_movehl_ps(v, v)))]
+    }
+    #[inline(always)]
     fn load(self, v: &[f32; 8]) -> __m256 {
         avx!(_mm256_loadu_ps(v.as_ptr()))
     }
