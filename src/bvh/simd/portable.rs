@@ -1,6 +1,7 @@
 //! Lanes as arrays: any processor, and the twin that the others are tested against.
 
 use super::Lanes;
+use glam::DVec4;
 
 /// Plain Rust.
 #[derive(Clone, Copy, Debug)]
@@ -26,10 +27,15 @@ impl Lanes for Portable {
     type V = [f32; 8];
     /// A bit a lane.
     type M = u32;
+    type F = DVec4;
 
     #[inline(always)]
     fn splat(self, v: f32) -> [f32; 8] {
         [v; 8]
+    }
+    #[inline(always)]
+    fn four(self, v: [f64; 4]) -> DVec4 {
+        DVec4::from_array(v)
     }
     #[inline(always)]
     fn splat3(self, [x, y, z, _]: [f32; 4]) -> [[f32; 8]; 3] {

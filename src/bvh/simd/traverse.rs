@@ -148,7 +148,7 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
     source: V::Source,
 ) -> V::Found {
     let mut visitor = V::new(source, ray);
-    let test = T::new(ray, tree.extent);
+    let test = T::of(lanes, ray, tree.extent);
     let mut t_max = ray.t_max;
     let ended = walk(lanes, tree, &test, &test.prepare(lanes), &mut visitor, &mut t_max, Child(0));
     visitor.found(ended)

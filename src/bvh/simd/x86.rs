@@ -1,7 +1,9 @@
 //! Lanes as AVX registers.
 
 use super::Lanes;
+use crate::math::Four;
 use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Sub};
 
 /// AVX2 and FMA. Compiled again with AVX-512VL enabled, where the compiler has more registers and mask instructions.
 #[derive(Clone, Copy, Debug)]
@@ -27,10 +29,15 @@ macro_rules! avx {
 impl Lanes for Avx2 {
     type V = __m256;
     type M = __m256;
+    type F = Avx2Four;
 
     #[inline(always)]
     fn splat(self, v: f32) -> __m256 {
         avx!(_mm256_set1_ps(v))
+    }
+    #[inline(always)]
+    fn four(self, [a, b, c, d]: [f64; 4]) -> Avx2Four {
+        Avx2Four(avx!(_mm256_setr_pd(a, b, c, d)))
     }
     #[inline(always)]
     fn splat3(self, v: [f32; 4]) -> [__m256; 3] {
@@ -107,5 +114,58 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn bits(self, m: __m256) -> u32 {
         avx!(_mm256_movemask_ps(m) as u32)
+    }
+}
+
+/// Four f64 in a register. Made by an [`Avx2`] only, and so also proof of the instructions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx2Four(__m256d);
+
+macro_rules! operator {
+    ($operator:ident, $method:ident, $intrinsic:ident) => {
+        impl $operator for Avx2Four {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(avx!($intrinsic(self.0, other.0)))
+            }
+        }
+    };
+}
+operator!(Add, add, _mm256_add_pd);
+operator!(Sub, sub, _mm256_sub_pd);
+operator!(Mul, mul, _mm256_mul_pd);
+operator!(Div, div, _mm256_div_pd);
+
+impl Mul<f64> for Avx2Four {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self * self.splat(factor)
+    }
+}
+
+impl Four for Avx2Four {
+    #[inline(always)]
+    fn splat(self, v: f64) -> Self {
+        Self(avx!(_mm256_set1_pd(v)))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(avx!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0)))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(avx!(_mm256_max_pd(self.0, other.0)))
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        Self(avx!(_mm256_or_pd(self.abs().0, _mm256_and_pd(_mm256_set1_pd(-0.0), sign.0))))
+    }
+    #[inline(always)]
+    fn as_f32(self) -> [f32; 4] {
+        let mut out = [0.0; 4];
+        avx!(_mm_storeu_ps(out.as_mut_ptr(), _mm256_cvtpd_ps(self.0)));
+        out
     }
 }
