@@ -75,24 +75,31 @@ impl Bvh {
     /// Visits the leaves that the ray may meet, nearer ones first, and returns what the visitor has found.
     ///
     /// With a conservative `T`, no leaf is passed over whose primitives the ray meets at t <= t_max, ties included.
-    #[inline]
+    #[inline(always)]
     pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> V::Found {
-        if self.nodes.is_empty() {
-            return V::new(source, ray).found(false);
-        }
-        let Ray { origin: o, direction: d, t_min, t_max } = *ray;
-        match self.isa {
-            Isa::Portable => traverse::<Portable, T, V>(Portable, self, ray, source),
+        #[cfg(target_arch = "x86_64")]
+        if !self.nodes.is_empty() && self.isa != Isa::Portable {
+            let Ray { origin: o, direction: d, t_min, t_max } = *ray;
             // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
-            #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => unsafe { traverse_avx2::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => unsafe { traverse_avx512::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max) },
-            #[cfg(not(target_arch = "x86_64"))]
-            _ => traverse::<Portable, T, V>(Portable, self, ray, source),
+            return unsafe {
+                if self.isa == Isa::Avx2 {
+                    traverse_avx2::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max)
+                } else {
+                    traverse_avx512::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max)
+                }
+            };
         }
+        traverse_portable::<T, V>(self, ray, source)
     }
+}
+
+/// For any processor, and for empty trees.
+#[inline(never)]
+fn traverse_portable<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: V::Source) -> V::Found {
+    if tree.nodes.is_empty() {
+        return V::new(source, ray).found(false);
+    }
+    traverse::<Portable, T, V>(Portable, tree, ray, source)
 }
 
 /// The entry points of the instruction sets. They take the ray number by number, that is in registers: from memory it is loaded as vectors
@@ -147,10 +154,12 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
     ray: &Ray,
     source: V::Source,
 ) -> V::Found {
-    let mut visitor = V::new(source, ray);
+    // The boxes first, since they are met first.
     let test = T::of(lanes, ray, tree.extent);
+    let prepared = test.prepare(lanes);
+    let mut visitor = V::new(source, ray);
     let mut t_max = ray.t_max;
-    let ended = walk(lanes, tree, &test, &test.prepare(lanes), &mut visitor, &mut t_max, Child(0));
+    let ended = walk(lanes, tree, &test, &prepared, &mut visitor, &mut t_max, Child(0));
     visitor.found(ended)
 }
 
