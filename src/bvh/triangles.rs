@@ -76,11 +76,13 @@ impl Triangles {
     }
 
     /// The closest hit of a ray; of hits at the same t the one of the smallest index.
+    #[inline(always)]
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
         self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, false>>(ray, self).1
     }
 
     /// Whether a ray meets any triangle.
+    #[inline(always)]
     pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
         self.tree.traverse::<K::Boxes, Visitor<'_, K::Triangles, true>>(ray, self).0
     }

@@ -148,12 +148,7 @@ fn beyond(limit: f32) -> u64 {
 }
 
 #[inline(always)]
-fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(
-    lanes: L,
-    tree: &Bvh,
-    ray: &Ray,
-    source: V::Source,
-) -> V::Found {
+fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(lanes: L, tree: &Bvh, ray: &Ray, source: V::Source) -> V::Found {
     // The boxes first, since they are met first.
     let test = T::of(lanes, ray, tree.extent);
     let prepared = test.prepare(lanes);
