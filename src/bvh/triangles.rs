@@ -16,12 +16,13 @@ pub struct TriangleBlock {
 }
 
 impl TriangleBlock {
-    /// The corners of a lane's triangle, coordinates in the given order of axes.
+    /// The corners of a lane's triangle, axis by axis in the given order; the fourth numbers are 0.
     #[inline(always)]
-    fn triangle(&self, lane: usize, [x, y, z]: [usize; 3]) -> [[f32; 3]; 3] {
+    fn triangle<L: Lanes>(&self, lanes: L, lane: usize, [x, y, z]: [usize; 3]) -> [L::F; 3] {
         let lane = lane & 7;
-        let corner = |c: usize| [self.corners[c][x][lane], self.corners[c][y][lane], self.corners[c][z][lane]];
-        [corner(0), corner(1), corner(2)]
+        let [a, b, c] = &self.corners;
+        let along = |k: usize| lanes.widened([a[k][lane], b[k][lane], c[k][lane], 0.0]);
+        [along(x), along(y), along(z)]
     }
 }
 
@@ -142,7 +143,7 @@ impl<'a, T: BlockTest, const ANY_HIT: bool> LeafVisitor for Visitor<'a, T, ANY_H
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize;
             candidates &= candidates - 1;
-            let Some((t, u, v)) = self.test.decide(block, lane, *t_max) else { continue };
+            let Some((t, u, v)) = self.test.decide(lanes, block, lane, *t_max) else { continue };
             if ANY_HIT {
                 return true;
             }
@@ -171,7 +172,7 @@ pub trait BlockTest {
     fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32;
 
     /// (t, u, v) of the hit with a lane's triangle, if there is one with t_min < t <= `t_max`.
-    fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)>;
+    fn decide<L: Lanes>(&self, lanes: L, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)>;
 
     /// Tells that hits beyond `t_max` do not count any more.
     fn shorten(&mut self, t_max: f64);
@@ -192,8 +193,8 @@ impl BlockTest for PlainWoopTest {
     }
 
     #[inline(always)]
-    fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
-        self.0.intersect_permuted(block.triangle(lane, self.0.axes), t_max)
+    fn decide<L: Lanes>(&self, lanes: L, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
+        self.0.intersect_corners(block.triangle(lanes, lane, self.0.axes), t_max)
     }
 
     #[inline(always)]
@@ -283,8 +284,8 @@ impl BlockTest for WatertightTest {
     }
 
     #[inline(always)]
-    fn decide(&self, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
-        self.exact.intersect_permuted(block.triangle(lane, self.exact.axes), t_max)
+    fn decide<L: Lanes>(&self, lanes: L, block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
+        self.exact.intersect_corners(block.triangle(lanes, lane, self.exact.axes), t_max)
     }
 
     #[inline(always)]
@@ -352,7 +353,7 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
     }
 
     #[inline(always)]
-    fn decide(&self, _block: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
+    fn decide<L: Lanes>(&self, _: L, _: &TriangleBlock, lane: usize, t_max: f64) -> Option<(f64, f64, f64)> {
         let t = f64::from(self.t[lane & 7]);
         (t > self.t_min && t <= t_max).then(|| (t, f64::from(self.u[lane & 7]), f64::from(self.v[lane & 7])))
     }

@@ -18,6 +18,16 @@ pub trait Four:
     fn copysign(self, sign: Self) -> Self;
     /// Rounded to nearest.
     fn as_f32(self) -> [f32; 4];
+    /// The second, the third, the first and the fourth.
+    fn yzxw(self) -> Self;
+    /// The third, the first, the second and the fourth.
+    fn zxyw(self) -> Self;
+    /// Which are below zero, a bit each, the first lowest.
+    fn negative(self) -> u32;
+    /// Which are above zero.
+    fn positive(self) -> u32;
+    /// The four numbers.
+    fn to_array(self) -> [f64; 4];
 }
 
 impl Four for DVec4 {
@@ -39,6 +49,26 @@ impl Four for DVec4 {
     }
     #[inline(always)]
     fn as_f32(self) -> [f32; 4] {
-        self.to_array().map(|v| v as f32)
+        DVec4::to_array(&self).map(|v| v as f32)
+    }
+    #[inline(always)]
+    fn yzxw(self) -> Self {
+        DVec4::new(self.y, self.z, self.x, self.w)
+    }
+    #[inline(always)]
+    fn zxyw(self) -> Self {
+        DVec4::new(self.z, self.x, self.y, self.w)
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        self.cmplt(DVec4::ZERO).bitmask()
+    }
+    #[inline(always)]
+    fn positive(self) -> u32 {
+        self.cmpgt(DVec4::ZERO).bitmask()
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; 4] {
+        DVec4::to_array(&self)
     }
 }

@@ -135,6 +135,8 @@ pub trait Lanes: Copy {
     fn splat(self, v: f32) -> Self::V;
     /// Four f64.
     fn four(self, v: [f64; 4]) -> Self::F;
+    /// The same of f32.
+    fn widened(self, v: [f32; 4]) -> Self::F;
     /// The first three values, each in every lane. Takes four, since the compiler computes four at a time.
     fn splat3(self, v: [f32; 4]) -> [Self::V; 3];
     /// Eight values in memory.

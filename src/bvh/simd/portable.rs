@@ -38,6 +38,10 @@ impl Lanes for Portable {
         DVec4::from_array(v)
     }
     #[inline(always)]
+    fn widened(self, v: [f32; 4]) -> DVec4 {
+        DVec4::from_array(v.map(f64::from))
+    }
+    #[inline(always)]
     fn splat3(self, [x, y, z, _]: [f32; 4]) -> [[f32; 8]; 3] {
         [[x; 8], [y; 8], [z; 8]]
     }

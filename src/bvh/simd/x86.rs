@@ -40,6 +40,10 @@ impl Lanes for Avx2 {
         Avx2Four(avx!(_mm256_setr_pd(a, b, c, d)))
     }
     #[inline(always)]
+    fn widened(self, [a, b, c, d]: [f32; 4]) -> Avx2Four {
+        Avx2Four(avx!(_mm256_cvtps_pd(_mm_setr_ps(a, b, c, d))))
+    }
+    #[inline(always)]
     fn splat3(self, v: [f32; 4]) -> [__m256; 3] {
         let v = avx!(_mm_loadu_ps(v.as_ptr()));
         let of = |v| avx!(_mm256_broadcastss_ps(v));
@@ -166,6 +170,28 @@ impl Four for Avx2Four {
     fn as_f32(self) -> [f32; 4] {
         let mut out = [0.0; 4];
         avx!(_mm_storeu_ps(out.as_mut_ptr(), _mm256_cvtpd_ps(self.0)));
+        out
+    }
+    #[inline(always)]
+    fn yzxw(self) -> Self {
+        Self(avx!(_mm256_permute4x64_pd::<0b11_00_10_01>(self.0)))
+    }
+    #[inline(always)]
+    fn zxyw(self) -> Self {
+        Self(avx!(_mm256_permute4x64_pd::<0b11_01_00_10>(self.0)))
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        avx!(_mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.0, _mm256_setzero_pd())) as u32)
+    }
+    #[inline(always)]
+    fn positive(self) -> u32 {
+        avx!(_mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(self.0, _mm256_setzero_pd())) as u32)
+    }
+    #[inline(always)]
+    fn to_array(self) -> [f64; 4] {
+        let mut out = [0.0; 4];
+        avx!(_mm256_storeu_pd(out.as_mut_ptr(), self.0));
         out
     }
 }
