@@ -214,7 +214,7 @@ pub struct WatertightTest {
     slope: [f32; 2],
     offset: [f32; 2],
     slack: [f32; 2],
-    /// Lanes that are candidates in any case: all where the bound does not hold.
+    /// Lanes that are candidates in any case: all of them where the bound does not hold.
     always: u32,
     /// Coordinates along the largest axis at t_min and at t_max, rounded outward.
     start: f32,
@@ -232,10 +232,11 @@ impl BlockTest for WatertightTest {
         let u = 1.0 / 16_777_216.0;
         let d = 13.0 * u * extent;
         let origin_size = ray.origin.abs().max_element();
-        // Beyond 1e7 extents the bound does not hold, and beyond 1e15 f32 products overflow: every lane goes to the f64 test.
-        let holds = (origin_size <= 1e7 * extent) & (extent <= 1e15);
+        // Beyond 1e7 extents the bound does not hold, and f32 products overflow and underflow beyond these: every lane goes to the f64
+        // test.
+        let holds = (origin_size <= 1e7 * extent) & (extent <= 1e15) & (extent >= 1e-15);
         let direction_z = ray.direction.to_array()[exact.axes[2]];
-        // Rounding of t dz, of the sum, and of what is not beyond the tree to f32; whatever is beyond it has no corner near.
+        // Rounding of t dz and of the sum, and to f32 of what is not beyond the tree. What is beyond it stays there.
         let pad = (8e-15 * (oz.abs() + extent) + 1.3e-7 * extent).copysign(direction_z);
         let mut test = Self {
             slope: [sx as f32, sy as f32],
@@ -270,11 +271,12 @@ impl BlockTest for WatertightTest {
         let w = lanes.mul_sub(bx, ay, lanes.mul(by, ax));
         let low = lanes.min(lanes.min(u, v), w);
         let high = lanes.max(lanes.max(u, v), w);
-        let size_x = lanes.max(lanes.max(lanes.abs(ax), lanes.abs(bx)), lanes.abs(cx));
-        let size_y = lanes.max(lanes.max(lanes.abs(ay), lanes.abs(by)), lanes.abs(cy));
-        let slack = lanes.mul_add(lanes.max(size_x, size_y), lanes.splat(self.slack[0]), lanes.splat(self.slack[1]));
-        let zero = lanes.splat(0.0);
-        let inside = lanes.or(lanes.le(lanes.sub(zero, slack), low), lanes.le(high, slack));
+        let larger = |a: L::V, b: L::V| lanes.max_unsigned(lanes.abs(a), lanes.abs(b));
+        let size = lanes.max_unsigned(lanes.max_unsigned(larger(ax, bx), larger(cx, ay)), larger(by, cy));
+        let (factor, least) = (lanes.splat(self.slack[0]), lanes.splat(self.slack[1]));
+        let slack = lanes.mul_add(size, factor, least);
+        let minus = lanes.neg_mul_add(size, factor, lanes.splat(-self.slack[1]));
+        let inside = lanes.or(lanes.le(minus, low), lanes.le(high, slack));
         let z_min = lanes.min(lanes.min(z0, z1), z2);
         let z_max = lanes.max(lanes.max(z0, z1), z2);
         let (start, end) = (lanes.splat(self.start), lanes.splat(self.end));

@@ -161,6 +161,8 @@ pub trait Lanes: Copy {
     fn min(self, a: Self::V, b: Self::V) -> Self::V;
     /// The larger; `b` if either is NaN
     fn max(self, a: Self::V, b: Self::V) -> Self::V;
+    /// The larger of two numbers without sign, or NaN if either is
+    fn max_unsigned(self, a: Self::V, b: Self::V) -> Self::V;
     /// |a|
     fn abs(self, a: Self::V) -> Self::V;
     /// a, with its sign changed where b has a minus sign

@@ -90,6 +90,10 @@ impl Lanes for Portable {
         map!(a, b, |a: f32, b: f32| if a > b { a } else { b })
     }
     #[inline(always)]
+    fn max_unsigned(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        map!(a, b, |a: f32, b: f32| f32::from_bits(a.to_bits().max(b.to_bits())))
+    }
+    #[inline(always)]
     fn abs(self, a: [f32; 8]) -> [f32; 8] {
         map!(a, a, |a: f32, _: f32| a.abs())
     }

@@ -13,7 +13,8 @@ pub trait LeafVisitor: Sized {
     /// What a visitor is made from.
     type Source: Copy;
 
-    /// What is left of a visitor at the end. A visitor is large and written in pieces; copying it out took 4 % of single rays.
+    /// What is left of a visitor at the end: little, since visitors are large, and written in pieces just before. Copying them out took
+    /// 4 % of single rays.
     type Found;
 
     /// A visitor for a ray. Called inside of the traversal, so that set-up is compiled for its instruction set: a closure
@@ -75,6 +76,10 @@ impl Bvh {
     /// Visits the leaves that the ray may meet, nearer ones first, and returns what the visitor has found.
     ///
     /// With a conservative `T`, no leaf is passed over whose primitives the ray meets at t <= t_max, ties included.
+    ///
+    /// Always inlined, and so should be what calls it with a ray that has just been made: a function of its own gets the ray in memory
+    /// and loads its numbers two by two. They have just been stored in other pieces, which the processor can not forward: 12 ns a ray
+    /// (interior P robust 132 -> 150 ns).
     #[inline(always)]
     pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> V::Found {
         #[cfg(target_arch = "x86_64")]
@@ -102,8 +107,9 @@ fn traverse_portable<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: 
     traverse::<Portable, T, V>(Portable, tree, ray, source)
 }
 
-/// The entry points of the instruction sets. They take the ray number by number, that is in registers: from memory it is loaded as vectors
-/// right after it has been stored in pieces, which the processor can not forward. That took PLACEHOLDER.
+/// The entry points of the instruction sets. They take the ray number by number, that is in registers: see [`Bvh::traverse`]. With
+/// that, and results in place of visitors returned, single rays take 0.77 (fast) and 0.93 (robust) of the time (interior P: 122 -> 95
+/// and 158 -> 147 ns).
 macro_rules! entry_point {
     ($name:ident, $features:literal) => {
         /// # Safety
@@ -159,6 +165,11 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(lanes: L, tree: &Bvh, ray: &Ra
 }
 
 /// Visits the leaves of a subtree that a ray may meet before `t_max`, nearer ones first. Whether the visitor ended it.
+///
+/// What lost or gained nothing (blobs100k and interior, single rays): a loop of its own for the way down, whose constants then stay in
+/// registers (0 %); three children of any-hit rays written to the stack whether there are so many or not, without a branch (0 to 6 %
+/// slower); their distances left out (0 %); prefetching of nodes that are pushed (0 to 10 % slower, also in a mesh of a million
+/// triangles) or of blocks (0 to 6 % slower); huge pages (0 %).
 #[inline(always)]
 pub(super) fn walk<L: Lanes, T: BoxTest, V: LeafVisitor>(
     lanes: L,

@@ -96,6 +96,11 @@ impl Lanes for Avx2 {
         avx!(_mm256_max_ps(a, b))
     }
     #[inline(always)]
+    fn max_unsigned(self, a: __m256, b: __m256) -> __m256 {
+        // Compares as whole numbers, which takes one cycle instead of four.
+        avx!(_mm256_castsi256_ps(_mm256_max_epu32(_mm256_castps_si256(a), _mm256_castps_si256(b))))
+    }
+    #[inline(always)]
     fn abs(self, a: __m256) -> __m256 {
         avx!(_mm256_andnot_ps(_mm256_set1_ps(-0.0), a))
     }
