@@ -377,8 +377,8 @@ impl Work<'_> {
     }
 }
 
-/// Where on the film sample `index` of a pixel is; without a filter in the pixel's middle.
-pub(super) fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
+/// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the pixel's middle.
+pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {
         None => (0.5, 0.5),
