@@ -21,8 +21,8 @@ impl TriangleBlock {
     fn triangle<L: Lanes>(&self, lanes: L, lane: usize, [x, y, z]: [usize; 3]) -> [L::F; 3] {
         let lane = lane & 7;
         let [a, b, c] = &self.corners;
-        let along = |k: usize| lanes.widened([a[k][lane], b[k][lane], c[k][lane], 0.0]);
-        [along(x), along(y), along(z)]
+        let [x, y, z] = [x, y, z].map(|k| [a[k][lane], b[k][lane], c[k][lane], 0.0]);
+        [lanes.widened(x), lanes.widened(y), lanes.widened(z)]
     }
 }
 
@@ -271,8 +271,10 @@ impl BlockTest for WatertightTest {
         let w = lanes.mul_sub(bx, ay, lanes.mul(by, ax));
         let low = lanes.min(lanes.min(u, v), w);
         let high = lanes.max(lanes.max(u, v), w);
-        let larger = |a: L::V, b: L::V| lanes.max_unsigned(lanes.abs(a), lanes.abs(b));
-        let size = lanes.max_unsigned(lanes.max_unsigned(larger(ax, bx), larger(cx, ay)), larger(by, cy));
+        let size_a = lanes.max_unsigned(lanes.abs(ax), lanes.abs(ay));
+        let size_b = lanes.max_unsigned(lanes.abs(bx), lanes.abs(by));
+        let size_c = lanes.max_unsigned(lanes.abs(cx), lanes.abs(cy));
+        let size = lanes.max_unsigned(lanes.max_unsigned(size_a, size_b), size_c);
         let (factor, least) = (lanes.splat(self.slack[0]), lanes.splat(self.slack[1]));
         let slack = lanes.mul_add(size, factor, least);
         let minus = lanes.neg_mul_add(size, factor, lanes.splat(-self.slack[1]));

@@ -45,9 +45,12 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn splat3(self, v: [f32; 4]) -> [__m256; 3] {
-        let v = avx!(_mm_loadu_ps(v.as_ptr()));
-        let of = |v| avx!(_mm256_broadcastss_ps(v));
-        [of(v), of(avx!(_mm_movehdup_ps(v))), of(avx!(_mm_movehl_ps(v, v)))]
+        // SAFETY: see `avx`.
+        unsafe {
+            let v = _mm_loadu_ps(v.as_ptr());
+            let (y, z) = (_mm_movehdup_ps(v), _mm_movehl_ps(v, v));
+            [_mm256_broadcastss_ps(v), _mm256_broadcastss_ps(y), _mm256_broadcastss_ps(z)]
+        }
     }
     #[inline(always)]
     fn load(self, v: &[f32; 8]) -> __m256 {
