@@ -47,7 +47,8 @@ pub trait BoxTest: Slab {
     /// The ray's numbers, spread over lanes.
     type Prepared<L: Lanes>: Copy;
 
-    /// [`Slab::new`], in registers.
+    /// [`Slab::new`] in registers, where that is quicker. It is for [`PaddedSlab`]: 7 % of robust rays. Neither for [`PlainSlab`] nor for
+    /// the ray of the triangle tests.
     #[inline(always)]
     fn of<L: Lanes>(_lanes: L, ray: &Ray, extent: f64) -> Self {
         Self::new(ray, extent)

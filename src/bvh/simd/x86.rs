@@ -203,3 +203,52 @@ impl Four for Avx2Four {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{Isa, simd::Portable};
+    use crate::math::SplitMix64;
+
+    /// Everything that four f64 can do, as bits.
+    fn results<F: Four>(a: F, b: F) -> Vec<u64> {
+        let fours =
+            [a + b, a - b, a * b, a / b, a * 3.7, a.splat(2.3), a.abs(), a.max(b), a.copysign(b), a.yzxw(), a.zxyw()];
+        let bits = |v: F| v.to_array().map(f64::to_bits);
+        let narrow = a.as_f32().map(|v| u64::from(v.to_bits()));
+        let masks = [u64::from(a.negative()), u64::from(a.positive())];
+        fours.into_iter().flat_map(bits).chain(narrow).chain(masks).collect()
+    }
+
+    /// What is made of four numbers, and of two times eight.
+    fn spread<L: Lanes>(lanes: L, v: [f32; 4], a: &[f32; 8], b: &[f32; 8]) -> (Vec<u64>, Vec<u32>) {
+        let larger = lanes.max_unsigned(lanes.abs(lanes.load(a)), lanes.abs(lanes.load(b)));
+        let eights = lanes.splat3(v).into_iter().chain([larger]).flat_map(|v| lanes.store(v)).map(f32::to_bits);
+        (lanes.widened(v).to_array().map(f64::to_bits).to_vec(), eights.collect())
+    }
+
+    #[test]
+    fn registers_do_what_plain_numbers_do_bit_for_bit() {
+        if !Isa::Avx2.is_available() {
+            return println!("skipped: this processor has no AVX2");
+        }
+        // SAFETY: it has.
+        let lanes = unsafe { Avx2::new() };
+        let mut rng = SplitMix64(91);
+        let special = [0.0, -0.0, 1.0, -1.0, f64::INFINITY, f64::NEG_INFINITY, f64::MIN_POSITIVE, f64::MAX, 1e-310];
+        for _ in 0..20_000 {
+            let mut number = || match rng.next_u64() as usize % 20 {
+                k if k < special.len() => special[k],
+                _ => rng.range(-1.0, 1.0) * 2f64.powi((rng.next_u64() % 80) as i32 - 40),
+            };
+            let (a, b) = ([(); 4].map(|()| number()), [(); 4].map(|()| number()));
+            // What is not a number has no bits to compare.
+            let same = |(x, y): (u64, u64)| x == y || (f64::from_bits(x).is_nan() && f64::from_bits(y).is_nan());
+            let (here, there) = (results(lanes.four(a), lanes.four(b)), results(Portable.four(a), Portable.four(b)));
+            assert!(here.iter().copied().zip(there.iter().copied()).all(same), "{a:?} {b:?}: {here:x?} {there:x?}");
+            let (p, q) = ([(); 8].map(|()| number() as f32), [(); 8].map(|()| number() as f32));
+            let v = [p[0], q[1], p[2], q[3]];
+            assert_eq!(spread(lanes, v, &p, &q), spread(Portable, v, &p, &q), "{p:?} {q:?}");
+        }
+    }
+}
