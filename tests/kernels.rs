@@ -240,6 +240,7 @@ struct Nothing;
 
 impl LeafVisitor for Nothing {
     type Source = ();
+    type Found = ();
     const ANY_HIT: bool = false;
 
     fn new((): (), _ray: &Ray) -> Self {
@@ -249,6 +250,8 @@ impl LeafVisitor for Nothing {
     fn visit<L: Lanes>(&mut self, _lanes: L, _block: u32, _t_max: &mut f64) -> bool {
         false
     }
+
+    fn found(self, _ended: bool) {}
 }
 
 #[test]
