@@ -11,6 +11,7 @@ mod build;
 mod collapse;
 mod kernels;
 mod overlap;
+mod packets;
 mod simd;
 mod split;
 mod triangles;

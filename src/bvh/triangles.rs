@@ -1,7 +1,8 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
 use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
-use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, TreeKernels};
+use super::packets::WatertightPacket;
+use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -11,14 +12,14 @@ use std::num::NonZeroUsize;
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
-    corners: [[[f32; 8]; 3]; 3],
-    ids: [u32; 8],
+    pub(super) corners: [[[f32; 8]; 3]; 3],
+    pub(super) ids: [u32; 8],
 }
 
 impl TriangleBlock {
     /// The corners of a lane's triangle, coordinates in the given order of axes.
     #[inline(always)]
-    fn triangle(&self, lane: usize, [x, y, z]: [usize; 3]) -> [[f32; 3]; 3] {
+    pub(super) fn triangle(&self, lane: usize, [x, y, z]: [usize; 3]) -> [[f32; 3]; 3] {
         let lane = lane & 7;
         let corner = |c: usize| [self.corners[c][x][lane], self.corners[c][y][lane], self.corners[c][z][lane]];
         [corner(0), corner(1), corner(2)]
@@ -97,25 +98,33 @@ impl Triangles {
         }
     }
 
-    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it; quicker where up to [`PACKET`] rays
-    /// run alike.
-    pub fn intersect_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, Option<TriangleHit>)) {
-        let take = |i: usize, _, visitor: Visitor<'_, K::Triangles, false>| found(i, visitor.best);
-        if !(K::PACKETS && self.tree.traverse_packet(rays, &[self; PACKET], take)) {
+    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it; quicker where up to [`PACKET`](super::PACKET) rays
+    /// run alike: whether they did.
+    pub fn intersect_packet<K: TreeKernels>(
+        &self,
+        rays: &[Ray],
+        mut found: impl FnMut(usize, Option<TriangleHit>),
+    ) -> bool {
+        let together =
+            K::PACKETS && self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found);
+        if !together {
             for (i, ray) in rays.iter().enumerate() {
                 found(i, self.intersect::<K>(ray));
             }
         }
+        together
     }
 
     /// The same with [`Triangles::occluded`].
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) {
-        let take = |i: usize, ended, _: Visitor<'_, K::Triangles, true>| found(i, ended);
-        if !(K::PACKETS && self.tree.traverse_packet(rays, &[self; PACKET], take)) {
+    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> bool {
+        let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
+        let together = K::PACKETS && self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any);
+        if !together {
             for (i, ray) in rays.iter().enumerate() {
                 found(i, self.occluded::<K>(ray));
             }
         }
+        together
     }
 }
 

@@ -9,19 +9,23 @@ mod bins;
 mod buffer;
 mod packet;
 mod portable;
+mod rays;
 mod slab;
 mod task;
 mod traverse;
+mod wide;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use bins::add;
 pub use buffer::filled;
-pub use packet::PACKET;
+pub use packet::{Beam, PACKET, PacketVisitor};
 pub use portable::Portable;
+pub use rays::{Ends, Slabs, Together};
 pub use slab::SlabLanes;
 pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};
+pub use wide::{Row, Wide};
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,16 +1,17 @@
-//! Front-to-back traversal of rays that run alike: they share the nodes, not the blocks in the leaves (kernels.md, lesson 4).
+//! Front-to-back traversal of rays that run alike: they share the nodes and, where many reach a leaf, the triangles
+//! (kernels.md, lesson 4).
 //!
 //! One test with intervals that hold all origins and directions finds the children that any ray may meet, eight at once; each
-//! of those few is then tested against eight rays at a time. A subtree that few rays reach is finished ray by ray.
+//! of those few is then tested against as many rays at a time as there are lanes. A subtree that few rays reach is finished ray by ray.
 
-#![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
-
-use super::traverse::{STACK, walk};
+use super::rays::{Ends, Slabs, Together};
+use super::traverse::STACK;
+use super::wide::{Row, Wide};
 #[cfg(target_arch = "x86_64")]
-use super::x86::Avx2;
-use super::{Isa, Lanes, LeafVisitor, Portable};
-use crate::bvh::{BoxTest, Bvh, Child};
-use crate::geometry::{PaddedSlab, Ray, Slab};
+use super::{wide::Avx512, x86::Avx2};
+use super::{Isa, Portable};
+use crate::bvh::{Bvh, Child};
+use crate::geometry::{PaddedSlab, Ray};
 use std::mem::MaybeUninit;
 
 /// Rays that are traversed together at most.
@@ -23,29 +24,57 @@ const FEW: u32 = 12;
 /// 1.09 times as long in packets, in random directions 1.16 times (`study kernel scenes/mesh.toml`).
 const WIDEST: f64 = 0.5;
 
+/// What is done with the leaves on the way of a packet.
+pub trait PacketVisitor<'a>: Sized {
+    /// What a visitor is made from.
+    type Source: Copy;
+
+    /// What it finds for a ray.
+    type Found;
+
+    /// Whether any hit ends a ray's search.
+    const ANY_HIT: bool;
+
+    /// A visitor for rays that lie within `ends`; `None` if it can not take them.
+    fn new(source: Self::Source, together: &Together<'a>, ends: &Ends, extent: f64) -> Option<Self>;
+
+    /// Which slots of a block the rays of a beam may meet, a bit each.
+    fn cull<E: Wide>(&self, eight: E, beam: &Beam<E>, block: u32) -> u32;
+
+    /// Tests some slots of a block against some rays, as many rays at a time as there are lanes. Lowers limits; returns the rays that
+    /// it has ended.
+    fn visit_across<W: Wide>(&mut self, wide: W, slabs: &mut Slabs, block: u32, slots: u32, rays: u64) -> u64;
+
+    /// Tests a block against one ray. True ends it.
+    fn visit_one<E: Wide>(&mut self, eight: E, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
+
+    /// Hands over what was found.
+    fn finish(self, ended: u64, found: impl FnMut(usize, Self::Found));
+}
+
 impl Bvh {
-    /// Does for each ray what [`Bvh::traverse`] does with [`PaddedSlab`], in another order, and hands its number, whether its visitor
-    /// ended it, and the visitor to `finish`. Does nothing and returns false where rays do not run alike.
+    /// Traces up to [`PACKET`] rays together, and hands to `found` what the visitor has found for each. Does nothing and returns false
+    /// where rays do not run alike.
     #[inline]
-    pub fn traverse_packet<V: LeafVisitor, F: FnMut(usize, bool, V)>(
+    pub fn traverse_packet<'a, V: PacketVisitor<'a>>(
         &self,
-        rays: &[Ray],
-        sources: &[V::Source],
-        finish: F,
+        rays: &'a [Ray],
+        source: V::Source,
+        found: &mut impl FnMut(usize, V::Found),
     ) -> bool {
-        if self.nodes.is_empty() || rays.len() <= FEW as usize || rays.len() > PACKET || sources.len() < rays.len() {
+        if self.nodes.is_empty() || rays.len() <= FEW as usize || rays.len() > PACKET {
             return false;
         }
         match self.isa {
-            Isa::Portable => traverse(Portable, self, rays, sources, finish),
+            Isa::Portable => traverse::<_, _, V>(Portable, Portable, self, rays, source, found),
             // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => unsafe { packet_avx2(self, rays, sources, finish) },
+            Isa::Avx2 => unsafe { packet_avx2::<V>(self, rays, source, found) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => unsafe { packet_avx512(self, rays, sources, finish) },
+            Isa::Avx512 => unsafe { packet_avx512::<V>(self, rays, source, found) },
             #[cfg(not(target_arch = "x86_64"))]
-            _ => traverse(Portable, self, rays, sources, finish),
+            _ => traverse::<_, _, V>(Portable, Portable, self, rays, source, found),
         }
     }
 }
@@ -54,28 +83,30 @@ impl Bvh {
 /// The processor has what [`Isa::Avx2`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn packet_avx2<V: LeafVisitor, F: FnMut(usize, bool, V)>(
+unsafe fn packet_avx2<'a, V: PacketVisitor<'a>>(
     tree: &Bvh,
-    rays: &[Ray],
-    sources: &[V::Source],
-    finish: F,
+    rays: &'a [Ray],
+    source: V::Source,
+    found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
     // SAFETY: this function's own condition.
-    traverse(unsafe { Avx2::new() }, tree, rays, sources, finish)
+    let eight = unsafe { Avx2::new() };
+    traverse::<_, _, V>(eight, eight, tree, rays, source, found)
 }
 
 /// # Safety
 /// The processor has what [`Isa::Avx512`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-unsafe fn packet_avx512<V: LeafVisitor, F: FnMut(usize, bool, V)>(
+unsafe fn packet_avx512<'a, V: PacketVisitor<'a>>(
     tree: &Bvh,
-    rays: &[Ray],
-    sources: &[V::Source],
-    finish: F,
+    rays: &'a [Ray],
+    source: V::Source,
+    found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
     // SAFETY: this function's own condition.
-    traverse(unsafe { Avx2::new() }, tree, rays, sources, finish)
+    let (eight, wide) = unsafe { (Avx2::new(), Avx512::new()) };
+    traverse::<_, _, V>(eight, wide, tree, rays, source, found)
 }
 
 /// A child that waits, with a lower bound of where the rays that reach it enter.
@@ -87,159 +118,122 @@ struct Waiting {
     rays: u64,
 }
 
-/// Eight numbers a row, one a ray.
-type Row = [[f32; 8]; PACKET / 8];
-
-/// The numbers of [`PaddedSlab`]s, side by side.
-struct Slabs {
-    reciprocal: [Row; 3],
-    near_reciprocal: [Row; 3],
-    near: [Row; 3],
-    far: [Row; 3],
-    t_min: Row,
-    limit: Row,
-}
-
-/// Intervals that hold the rays of a packet.
-struct Beam<L: Lanes> {
+/// Intervals that hold the rays of a packet, spread over lanes.
+pub struct Beam<E: Wide> {
     /// Row of the near plane of each axis; the far one is its neighbour, row ^ 1.
     rows: [usize; 3],
     /// Ends of the origins that are nearest to the near planes, and to the far planes.
-    origin: [[L::V; 3]; 2],
+    origin: [[E::V; 3]; 2],
     /// Least and greatest.
-    reciprocal: [[L::V; 3]; 2],
-    t_min: L::V,
+    reciprocal: [[E::V; 3]; 2],
+    t_min: E::V,
 }
 
-impl<L: Lanes> Beam<L> {
-    /// The intervals; `None` if the rays are of different octants, spread too widely or not finite.
+impl<E: Wide> Beam<E> {
+    /// The intervals; `None` if the rays are of different octants or not finite.
     #[inline(always)]
-    fn new(lanes: L, rays: &[Ray], slabs: &Slabs, extent: f64) -> Option<Self> {
+    fn new<W: Wide>(eight: E, wide: W, ends: &Ends, slabs: &Slabs, filled: usize, extent: f64) -> Option<Self> {
         let mut rows = [0; 3];
-        let zero = lanes.splat(0.0);
+        let zero = eight.splat(0.0);
         let mut beam = Self { rows, origin: [[zero; 3]; 2], reciprocal: [[zero; 3]; 2], t_min: zero };
-        let mut spread = 0.0;
         for axis in 0..3 {
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            let (mut left, mut right) = (low, high);
-            let mut sum = 0.0;
-            for ray in rays {
-                let (o, d) = (ray.origin[axis], ray.direction[axis]);
-                (low, high) = (if o < low { o } else { low }, if o > high { o } else { high });
-                (left, right) = (if d < left { d } else { left }, if d > right { d } else { right });
-                sum += o;
+            let (mut least, mut greatest) = (wide.splat(f32::INFINITY), wide.splat(f32::NEG_INFINITY));
+            for at in (0..filled.min(PACKET)).step_by(W::LANES) {
+                let row = wide.load(&slabs.reciprocal[axis].0[at..]);
+                (least, greatest) = (wide.min(row, least), wide.max(row, greatest));
             }
-            spread += right - left;
-            let (mut least, mut greatest) = (lanes.splat(f32::INFINITY), lanes.splat(f32::NEG_INFINITY));
-            for row in &slabs.reciprocal[axis] {
-                let row = lanes.load(row);
-                (least, greatest) = (lanes.min(row, least), lanes.max(row, greatest));
-            }
-            let (least, greatest) = (lanes.store(least), lanes.store(greatest));
-            let (mut first, mut last) = (least[0], greatest[0]);
-            for k in 1..8 {
-                first = if least[k] < first { least[k] } else { first };
-                last = if greatest[k] > last { greatest[k] } else { last };
-            }
+            let [first, last] = wide.ends(least, greatest);
             let negative = last < 0.0;
-            if !((negative || first > 0.0) && (first - last).is_finite() && f64::is_finite(sum)) {
+            if !((negative || first > 0.0) && (first - last).is_finite()) {
                 return None;
             }
             rows[axis] = 2 * axis + usize::from(negative);
             // Two roundings of the origin and its difference to a plane, and what `PaddedSlab` pads for components that are
             // almost zero; what else is rounded is relative to t and made up for below.
+            let [low, high] = ends.origin[axis];
             let pad = (low.abs().max(high.abs()) + extent) * 2f64.powi(-21);
             let (low, high) = ((low - pad) as f32, (high + pad) as f32);
             let (to_near, to_far) = if negative { (low, high) } else { (high, low) };
-            beam.origin[0][axis] = lanes.splat(to_near);
-            beam.origin[1][axis] = lanes.splat(to_far);
-            beam.reciprocal[0][axis] = lanes.splat(first);
-            beam.reciprocal[1][axis] = lanes.splat(last);
+            beam.origin[0][axis] = eight.splat(to_near);
+            beam.origin[1][axis] = eight.splat(to_far);
+            beam.reciprocal[0][axis] = eight.splat(first);
+            beam.reciprocal[1][axis] = eight.splat(last);
         }
         beam.rows = rows;
-        (spread <= WIDEST * rays[0].direction.length()).then_some(beam)
+        Some(beam)
     }
 
-    /// Which children any ray may meet, a bit each, and lower bounds of where they are entered.
+    /// Which children any ray may meet, a bit each, lower bounds of where they are entered, and which of them all rays meet unless they end
+    /// before.
     #[inline(always)]
-    fn entries(&self, lanes: L, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {
+    fn entries(&self, e: E, planes: &[[f32; 8]; 6]) -> (u32, E::V, u32) {
         let [r0, r1] = &self.reciprocal;
-        let (mut enter, mut exit) = (self.t_min, lanes.splat(limit));
+        let (mut enter, mut exit) = (self.t_min, e.splat(f32::INFINITY));
+        let (mut last_enter, mut first_exit) = (self.t_min, e.splat(f32::INFINITY));
         for axis in 0..3 {
             // SAFETY: `new` makes rows below 6.
             let (near, far) =
                 unsafe { (planes.get_unchecked(self.rows[axis]), planes.get_unchecked(self.rows[axis] ^ 1)) };
-            let near = lanes.sub(lanes.load(near), self.origin[0][axis]);
-            let far = lanes.sub(lanes.load(far), self.origin[1][axis]);
-            enter = lanes.max(lanes.min(lanes.mul(near, r0[axis]), lanes.mul(near, r1[axis])), enter);
-            exit = lanes.min(lanes.max(lanes.mul(far, r0[axis]), lanes.mul(far, r1[axis])), exit);
+            let (near, far) = (e.load(near), e.load(far));
+            let (o0, o1) = (self.origin[0][axis], self.origin[1][axis]);
+            let (r0, r1) = (r0[axis], r1[axis]);
+            let first = e.sub(near, o0);
+            enter = e.max(e.min(e.mul(first, r0), e.mul(first, r1)), enter);
+            let last = e.sub(far, o1);
+            exit = e.min(e.max(e.mul(last, r0), e.mul(last, r1)), exit);
+            let first = e.sub(near, o1);
+            last_enter = e.max(e.max(e.mul(first, r0), e.mul(first, r1)), last_enter);
+            let last = e.sub(far, o0);
+            first_exit = e.min(e.min(e.mul(last, r0), e.mul(last, r1)), first_exit);
         }
-        let enter = lanes.mul(enter, lanes.splat(PaddedSlab::ENTRY_FACTOR as f32));
-        let exit = lanes.mul(exit, lanes.splat((2.0 - PaddedSlab::ENTRY_FACTOR) as f32));
-        (lanes.bits(lanes.le(enter, exit)), enter)
+        let enter = e.mul(enter, e.splat(PaddedSlab::ENTRY_FACTOR as f32));
+        let exit = e.mul(exit, e.splat((2.0 - PaddedSlab::ENTRY_FACTOR) as f32));
+        let met = e.le(enter, exit);
+        (met, enter, met & e.le(last_enter, first_exit))
     }
-}
 
-impl Slabs {
-    /// Which rays of a group of eight meet one box, a bit each.
+    /// Which boxes any ray may meet, a bit each.
     #[inline(always)]
-    fn meet<L: Lanes>(&self, lanes: L, group: usize, rows: [usize; 3], planes: &[[f32; 8]; 6], child: usize) -> u32 {
-        let mut enter = lanes.load(&self.t_min[group]);
-        let mut exit = lanes.load(&self.limit[group]);
+    pub fn meets(&self, e: E, lower: [E::V; 3], upper: [E::V; 3]) -> u32 {
+        let [r0, r1] = &self.reciprocal;
+        let (mut enter, mut exit) = (self.t_min, e.splat(f32::INFINITY));
         for axis in 0..3 {
-            // SAFETY: rows are below 6 (`Beam::new`).
-            let (near, far) = unsafe { (planes.get_unchecked(rows[axis]), planes.get_unchecked(rows[axis] ^ 1)) };
-            let row = |rows: &[Row; 3]| lanes.load(&rows[axis][group]);
-            let near = lanes.mul_sub(lanes.splat(near[child]), row(&self.near_reciprocal), row(&self.near));
-            let far = lanes.mul_sub(lanes.splat(far[child]), row(&self.reciprocal), row(&self.far));
-            (enter, exit) = (lanes.max(near, enter), lanes.min(far, exit));
+            let negative = self.rows[axis] & 1 != 0;
+            let (near, far) = if negative { (upper[axis], lower[axis]) } else { (lower[axis], upper[axis]) };
+            let first = e.sub(near, self.origin[0][axis]);
+            let last = e.sub(far, self.origin[1][axis]);
+            let (r0, r1) = (r0[axis], r1[axis]);
+            enter = e.max(e.min(e.mul(first, r0), e.mul(first, r1)), enter);
+            exit = e.min(e.max(e.mul(last, r0), e.mul(last, r1)), exit);
         }
-        lanes.bits(lanes.le(enter, exit))
+        let enter = e.mul(enter, e.splat(PaddedSlab::ENTRY_FACTOR as f32));
+        let exit = e.mul(exit, e.splat((2.0 - PaddedSlab::ENTRY_FACTOR) as f32));
+        e.le(enter, exit)
     }
 }
 
 #[inline(always)]
-fn traverse<L: Lanes, V: LeafVisitor, F: FnMut(usize, bool, V)>(
-    lanes: L,
+fn traverse<'a, E: Wide, W: Wide, V: PacketVisitor<'a>>(
+    eight: E,
+    wide: W,
     tree: &Bvh,
-    rays: &[Ray],
-    sources: &[V::Source],
-    mut finish: F,
+    rays: &'a [Ray],
+    source: V::Source,
+    found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
-    let row = [[0.0; 8]; PACKET / 8];
-    let rows = [row; 3];
-    let mut slabs = Slabs { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row };
-    let mut tests = [MaybeUninit::<PaddedSlab>::uninit(); PACKET];
-    let count = rays.len().min(PACKET);
-    for i in 0..PACKET {
-        // The first ray fills the last group up.
-        let test = if i < count { PaddedSlab::new(&rays[i], tree.extent) } else { break };
-        if test.start() != 0.0 {
-            return false;
-        }
-        for axis in 0..3 {
-            slabs.reciprocal[axis][i / 8][i % 8] = test.reciprocal[axis];
-            slabs.near_reciprocal[axis][i / 8][i % 8] = test.near_reciprocal[axis];
-            slabs.near[axis][i / 8][i % 8] = test.near[axis];
-            slabs.far[axis][i / 8][i % 8] = test.far[axis];
-        }
-        slabs.t_min[i / 8][i % 8] = test.t_min;
-        slabs.limit[i / 8][i % 8] = test.limit(rays[i].t_max);
-        tests[i].write(test);
+    let together = Together::new(rays);
+    let count = together.rays.len();
+    let ends = Ends::new(&together);
+    let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
+    let spread: f64 = ends.direction.iter().map(|[low, high]| high - low).sum();
+    // NaN goes nowhere.
+    if !(farthest <= 8.0 * tree.extent && spread <= WIDEST * rays[0].direction.length()) {
+        return false;
     }
-    for i in count..PACKET {
-        for axis in 0..3 {
-            slabs.reciprocal[axis][i / 8][i % 8] = slabs.reciprocal[axis][0][0];
-        }
-    }
-    let Some(beam) = Beam::new(lanes, rays, &slabs, tree.extent) else { return false };
-    let mut visitors = [const { MaybeUninit::<V>::uninit() }; PACKET];
-    let mut t_max = [0.0; PACKET];
-    for i in 0..count {
-        visitors[i].write(V::new(sources[i], &rays[i]));
-        t_max[i] = rays[i].t_max;
-    }
-    // Rays that the visitors have not ended.
+    let mut slabs = Slabs::new(&together, tree.extent);
+    let Some(beam) = Beam::new(eight, wide, &ends, &slabs, together.filled, tree.extent) else { return false };
+    let Some(mut visitor) = V::new(source, &together, &ends, tree.extent) else { return false };
+    // Rays that the visitor has not ended.
     let all = u64::MAX >> (PACKET - count);
     let mut alive = all;
     let mut stack = [MaybeUninit::<Waiting>::uninit(); STACK];
@@ -250,34 +244,35 @@ fn traverse<L: Lanes, V: LeafVisitor, F: FnMut(usize, bool, V)>(
         // SAFETY: entries below `top` have been written.
         let Waiting { child, distance, rays: mut active } = unsafe { stack.get_unchecked(top).assume_init() };
         active &= alive;
-        let from = lanes.splat(distance);
-        for group in 0..PACKET / 8 {
-            let reached = lanes.bits(lanes.le(from, lanes.load(&slabs.limit[group])));
-            active &= !(u64::from(!reached & 0xff) << (8 * group));
+        let from = wide.splat(distance);
+        let mut groups = 0;
+        for at in (0..PACKET).step_by(W::LANES) {
+            let group = active >> at & lanes_mask::<W>();
+            if group != 0 {
+                let before = u64::from(wide.le(from, wide.load(&slabs.limit.0[at..])));
+                active &= !(!before & lanes_mask::<W>()) << at | !(lanes_mask::<W>() << at);
+                groups += 1;
+            }
         }
         if active == 0 {
             continue;
         }
-        if child.is_leaf() || active.count_ones() <= FEW {
-            while active != 0 {
-                let i = active.trailing_zeros() as usize & (PACKET - 1);
-                active &= active - 1;
-                // SAFETY: those of the first `count` rays have been written, and only they are active.
-                let (test, visitor) = unsafe { (tests[i].assume_init_ref(), visitors[i].assume_init_mut()) };
-                let before = t_max[i];
-                let mut ended = false;
-                if child.is_leaf() {
-                    let (first, blocks) = child.blocks();
-                    for block in first..first + blocks {
-                        ended |= visitor.visit(lanes, block, &mut t_max[i]);
-                    }
-                } else {
-                    ended = walk(lanes, tree, test, &test.prepare(lanes), visitor, &mut t_max[i], child);
+        if child.is_leaf() {
+            let (first, blocks) = child.blocks();
+            for block in first..first + blocks {
+                let slots = visitor.cull(eight, &beam, block);
+                if slots == 0 {
+                    continue;
                 }
-                if ended {
-                    alive &= !(1 << i);
-                } else if t_max[i] < before {
-                    slabs.limit[i / 8][i % 8] = test.limit(t_max[i]);
+                active &= alive;
+                if slots.count_ones() * groups <= active.count_ones() {
+                    alive &= !visitor.visit_across(wide, &mut slabs, block, slots, active);
+                } else {
+                    each(active, |i| {
+                        if visitor.visit_one(eight, &mut slabs, block, i) {
+                            alive &= !(1 << i);
+                        }
+                    });
                 }
             }
             if alive == 0 {
@@ -285,25 +280,40 @@ fn traverse<L: Lanes, V: LeafVisitor, F: FnMut(usize, bool, V)>(
             }
             continue;
         }
+        if active.count_ones() <= FEW {
+            each(active, |i| {
+                if walk(eight, tree, &mut slabs, beam.rows, &mut visitor, i, child) {
+                    alive &= !(1 << i);
+                }
+            });
+            if alive == 0 {
+                break;
+            }
+            continue;
+        }
         // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).
         let node = unsafe { tree.nodes.get_unchecked(child.0 as usize) };
-        let (mut mask, distances) = beam.entries(lanes, &node.planes, f32::INFINITY);
-        let distances = lanes.store(distances);
+        let (mut mask, distances, whole) = beam.entries(eight, &node.planes);
+        let mut entries = [0.0; 8];
+        eight.store(distances, &mut entries);
         let bottom = top;
         while mask != 0 {
             let k = mask.trailing_zeros() as usize & 7;
             mask &= mask - 1;
-            let mut reach = 0;
-            for group in 0..PACKET / 8 {
-                if (active >> (8 * group)) & 0xff != 0 {
-                    reach |= u64::from(slabs.meet(lanes, group, beam.rows, &node.planes, k)) << (8 * group);
+            let mut reach = active;
+            if whole >> k & 1 == 0 {
+                reach = 0;
+                for at in (0..PACKET).step_by(W::LANES) {
+                    if active >> at & lanes_mask::<W>() != 0 {
+                        reach |= u64::from(slabs.meet(wide, at, beam.rows, &node.planes, k)) << at;
+                    }
+                }
+                reach &= active;
+                if reach == 0 {
+                    continue;
                 }
             }
-            reach &= active;
-            if reach == 0 {
-                continue;
-            }
-            let new = Waiting { child: node.children[k], distance: distances[k], rays: reach };
+            let new = Waiting { child: node.children[k], distance: entries[k], rays: reach };
             let mut at = top;
             debug_assert!(top < STACK);
             // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below `top` have been
@@ -319,10 +329,102 @@ fn traverse<L: Lanes, V: LeafVisitor, F: FnMut(usize, bool, V)>(
             top += 1;
         }
     }
-    for i in 0..count {
-        // SAFETY: those of the first `count` rays have been written, and each is read once.
-        let visitor = unsafe { visitors[i].assume_init_read() };
-        finish(i, alive >> i & 1 == 0, visitor);
-    }
+    visitor.finish(all & !alive, found);
     true
+}
+
+/// A bit a lane.
+#[inline(always)]
+fn lanes_mask<W: Wide>() -> u64 {
+    (1 << W::LANES) - 1
+}
+
+/// Calls `visit` with the number of each bit.
+#[inline(always)]
+fn each(mut bits: u64, mut visit: impl FnMut(usize)) {
+    while bits != 0 {
+        visit(bits.trailing_zeros() as usize & (PACKET - 1));
+        bits &= bits - 1;
+    }
+}
+
+/// Visits the leaves of a subtree that one of the rays may meet, nearer ones first. Whether the visitor ended it.
+#[inline(always)]
+fn walk<'a, E: Wide, V: PacketVisitor<'a>>(
+    e: E,
+    tree: &Bvh,
+    slabs: &mut Slabs,
+    rows: [usize; 3],
+    visitor: &mut V,
+    ray: usize,
+    from: Child,
+) -> bool {
+    let splat = |row: &Row| e.splat(row.0[ray]);
+    let [rx, ry, rz] = &slabs.reciprocal;
+    let reciprocal = [splat(rx), splat(ry), splat(rz)];
+    let [rx, ry, rz] = &slabs.near_reciprocal;
+    let near_reciprocal = [splat(rx), splat(ry), splat(rz)];
+    let [x, y, z] = &slabs.near;
+    let near = [splat(x), splat(y), splat(z)];
+    let [x, y, z] = &slabs.far;
+    let far = [splat(x), splat(y), splat(z)];
+    let t_min = splat(&slabs.t_min);
+    // Distances are not negative: their bits compare as they do.
+    let keyed = |distance: f32, child: Child| u64::from(distance.to_bits()) << 32 | u64::from(child.0);
+    let mut stack = [MaybeUninit::<u64>::uninit(); STACK];
+    stack[0].write(keyed(0.0, from));
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        // SAFETY: entries below `top` have been written.
+        let key = unsafe { stack.get_unchecked(top).assume_init() };
+        let limit = slabs.limit.0[ray];
+        if f32::from_bits((key >> 32) as u32) > limit {
+            continue;
+        }
+        let child = Child(key as u32);
+        if child.is_leaf() {
+            let (first, count) = child.blocks();
+            for block in first..first + count {
+                if visitor.visit_one(e, slabs, block, ray) {
+                    return true;
+                }
+            }
+            continue;
+        }
+        // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).
+        let node = unsafe { tree.nodes.get_unchecked(child.0 as usize) };
+        // SAFETY: rows are below 6 (`Beam::new`).
+        let plane = |row: usize| e.load(unsafe { node.planes.get_unchecked(row) });
+        let at_near = |k: usize| e.mul_sub(plane(rows[k]), near_reciprocal[k], near[k]);
+        let at_far = |k: usize| e.mul_sub(plane(rows[k] ^ 1), reciprocal[k], far[k]);
+        let enter = e.max(e.max(at_near(0), at_near(1)), e.max(at_near(2), t_min));
+        let exit = e.min(e.min(at_far(0), at_far(1)), e.min(at_far(2), e.splat(limit)));
+        let mut mask = e.le(enter, exit);
+        if mask == 0 {
+            continue;
+        }
+        let mut distances = [0.0; 8];
+        e.store(enter, &mut distances);
+        let bottom = top;
+        while mask != 0 {
+            let k = mask.trailing_zeros() as usize & 7;
+            mask &= mask - 1;
+            let new = keyed(distances[k], node.children[k]);
+            let mut at = top;
+            debug_assert!(top < STACK);
+            // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below `top` have been
+            // written.
+            unsafe {
+                while !V::ANY_HIT && at > bottom && stack.get_unchecked(at - 1).assume_init() < new {
+                    let moved = *stack.get_unchecked(at - 1);
+                    *stack.get_unchecked_mut(at) = moved;
+                    at -= 1;
+                }
+                stack.get_unchecked_mut(at).write(new);
+            }
+            top += 1;
+        }
+    }
+    false
 }

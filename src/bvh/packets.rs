@@ -1,0 +1,344 @@
+//! Rays that run alike against blocks of triangles.
+
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
+use super::triangles::TriangleBlock;
+use super::{EMPTY_SLOT, TriangleHit};
+use crate::geometry::{Ray, TriangleRay};
+
+/// Unit roundoff of f32.
+const U: f64 = 1.0 / 16_777_216.0;
+
+/// Stands for no triangle.
+const NONE: u32 = u32::MAX;
+
+/// The bits of [`WatertightTest`](super::WatertightTest), with few f64 operations.
+pub struct WatertightPacket<'a, const ANY_HIT: bool> {
+    rays: &'a [Ray],
+    blocks: &'a [TriangleBlock],
+    /// The axes called x, y and z here, the same for all rays: z is the one along which they run most.
+    axes: [usize; 3],
+    /// 1 where they run toward larger z, else -1: what is called depth is z times this.
+    sign: f32,
+    /// (dx / dz, dy / dz) times the sign.
+    slope: [Row; 2],
+    /// Where the line of a ray meets depth 0, negated.
+    offset: [Row; 2],
+    /// Depth at t_min: not more than, not less than.
+    start: [Row; 2],
+    /// Depth at the nearest hit so far, or at t_max: not more than, not less than.
+    end: [Row; 2],
+    /// Error of edge functions: the first times the largest coordinate, plus the second.
+    slack: [f32; 2],
+    /// Error of depths where edge functions have none.
+    blur: f32,
+    /// Eight times the block, plus the slot, of the nearest hit so far.
+    best: [u32; PACKET],
+    /// Rays whose nearest hit's t is known.
+    exact: u64,
+    t: [f64; PACKET],
+}
+
+/// What f32 can tell of a ray and a triangle.
+struct Verdict<V> {
+    /// Lanes where they may meet.
+    maybe: u32,
+    /// Lanes where they do, if depth allows.
+    surely: u32,
+    /// Bounds of the depth where they do.
+    depth: [V; 2],
+}
+
+/// The numbers of a ray, or of several.
+struct Sheared<V> {
+    slope: [V; 2],
+    offset: [V; 2],
+    start: V,
+    end: V,
+}
+
+impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
+    /// corners: x, y and depth of each.
+    #[inline(always)]
+    fn judge<W: Wide>(&self, w: W, [a, b, c]: [[W::V; 3]; 3], ray: Sheared<W::V>, mask: u32) -> Option<Verdict<W::V>> {
+        let ([sx, sy], [ox, oy]) = (ray.slope, ray.offset);
+        let nearest = w.min(w.min(a[2], b[2]), c[2]);
+        let farthest = w.max(w.max(a[2], b[2]), c[2]);
+        let maybe = mask & w.le(ray.start, farthest) & w.le(nearest, ray.end);
+        if maybe == 0 {
+            return None;
+        }
+        let ax = w.add(w.neg_mul_add(a[2], sx, a[0]), ox);
+        let bx = w.add(w.neg_mul_add(b[2], sx, b[0]), ox);
+        let cx = w.add(w.neg_mul_add(c[2], sx, c[0]), ox);
+        let ay = w.add(w.neg_mul_add(a[2], sy, a[1]), oy);
+        let by = w.add(w.neg_mul_add(b[2], sy, b[1]), oy);
+        let cy = w.add(w.neg_mul_add(c[2], sy, c[1]), oy);
+        let u = w.mul_sub(cx, by, w.mul(cy, bx));
+        let v = w.mul_sub(ax, cy, w.mul(ay, cx));
+        let x = w.mul_sub(bx, ay, w.mul(by, ax));
+        let low = w.min(w.min(u, v), x);
+        let high = w.max(w.max(u, v), x);
+        let size_x = w.max(w.max(w.abs(ax), w.abs(bx)), w.abs(cx));
+        let size_y = w.max(w.max(w.abs(ay), w.abs(by)), w.abs(cy));
+        let slack = w.mul_add(w.max(size_x, size_y), w.splat(self.slack[0]), w.splat(self.slack[1]));
+        let zero = w.splat(0.0);
+        let inside = w.max(low, w.sub(zero, high));
+        let maybe = maybe & w.le(w.sub(zero, slack), inside);
+        if maybe == 0 {
+            return None;
+        }
+        let surely = maybe & w.lt(slack, inside);
+        let inverse = w.div(w.splat(1.0), w.add(w.add(u, v), x));
+        let at = w.mul_add(u, a[2], w.mul_add(v, b[2], w.mul(x, c[2])));
+        let at = w.mul(at, inverse);
+        let part = w.mul(w.mul(slack, w.abs(inverse)), w.splat(3.1));
+        let error = w.mul_add(part, w.sub(farthest, nearest), w.splat(self.blur));
+        Some(Verdict { maybe, surely, depth: [w.sub(at, error), w.add(at, error)] })
+    }
+
+    /// The f64 test of one ray and one triangle: keeps the hit if it is the nearest. True if there is one.
+    #[inline(always)]
+    fn settle(&mut self, slabs: &mut Slabs, i: usize, code: u32) -> bool {
+        let ray = &self.rays[i];
+        let exact = TriangleRay::new(ray);
+        let test = |code: u32, t_max: f64| {
+            let block = &self.blocks[(code >> 3) as usize];
+            exact.intersect_permuted(block.triangle(code as usize & 7, exact.axes), t_max)
+        };
+        let id = |code: u32| if code == NONE { EMPTY_SLOT } else { self.id(code) };
+        let old = self.best[i];
+        let t_max = if old == NONE {
+            ray.t_max
+        } else if self.exact >> i & 1 != 0 {
+            self.t[i]
+        } else {
+            test(old, ray.t_max).map_or(ray.t_max, |(t, _, _)| t)
+        };
+        let Some((t, _, _)) = test(code, t_max) else { return false };
+        if t < t_max || id(code) < id(old) {
+            (self.best[i], self.t[i]) = (code, t);
+            self.exact |= 1 << i;
+            let [.., z] = self.axes;
+            let end = depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t);
+            (self.end[0].0[i], self.end[1].0[i]) = (end[0], end[1]);
+            let limit = (t * (1.0 + 4.0 * U)) as f32;
+            slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn id(&self, code: u32) -> u32 {
+        self.blocks[(code >> 3) as usize].ids[code as usize & 7]
+    }
+}
+
+/// Bounds of the depth at t.
+#[inline(always)]
+fn depth_at(origin: f64, direction: f64, sign: f64, t: f64) -> [f32; 2] {
+    let depth = (origin + t * direction) * sign;
+    // Beyond everything, and finite.
+    let depth = if depth > 1e30 { 1e30 } else { depth };
+    let depth = if depth < -1e30 { -1e30 } else { depth };
+    let pad = depth.abs() * 1.3e-7 + 1e-14 * origin.abs() + 1e-30;
+    [(depth - pad) as f32, (depth + pad) as f32]
+}
+
+impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT> {
+    type Source = &'a [TriangleBlock];
+    type Found = Option<TriangleHit>;
+    const ANY_HIT: bool = ANY_HIT;
+
+    #[inline(always)]
+    fn new(blocks: &'a [TriangleBlock], together: &Together<'a>, ends: &Ends, extent: f64) -> Option<Self> {
+        let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
+        let z = if size(0) > size(1) {
+            if size(0) > size(2) { 0 } else { 2 }
+        } else if size(1) > size(2) {
+            1
+        } else {
+            2
+        };
+        let axes @ [x, y, z] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
+        let largest = |axis: usize| ends.direction[axis][0].abs().max(ends.direction[axis][1].abs());
+        let [low, high] = ends.direction[z];
+        let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
+        if !(steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
+            return None;
+        }
+        let sign = 1f64.copysign(low);
+        let d = (7.0 + 6.0 * steepest) * U * extent;
+        let slack = [4.0 * d + 8.0 * (1.0 + steepest) * U * extent, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
+        let row = Row::new(0.0);
+        let mut new = Self {
+            rays: together.rays,
+            blocks,
+            axes,
+            sign: sign as f32,
+            slope: [row; 2],
+            offset: [row; 2],
+            start: [row; 2],
+            end: [row; 2],
+            slack,
+            blur: (12.0 * U * extent) as f32,
+            best: [NONE; PACKET],
+            exact: 0,
+            t: [0.0; PACKET],
+        };
+        let filled = together.filled.min(PACKET);
+        let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
+        let mut inverse = [0.0; PACKET];
+        for i in 0..filled {
+            inverse[i] = 1.0 / dz[i];
+        }
+        for (k, axis) in [x, y].into_iter().enumerate() {
+            let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
+            let (slope, offset) = (&mut new.slope[k].0, &mut new.offset[k].0);
+            for i in 0..filled {
+                let s = d[i] * inverse[i];
+                slope[i] = (s * sign) as f32;
+                offset[i] = (s * oz[i] - o[i]) as f32;
+            }
+        }
+        for (t, [low, high]) in [(&together.t_min.0, &mut new.start), (&together.t_max.0, &mut new.end)] {
+            for i in 0..filled {
+                [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i]);
+            }
+        }
+        Some(new)
+    }
+
+    #[inline(always)]
+    fn cull<E: Wide>(&self, e: E, beam: &Beam<E>, block: u32) -> u32 {
+        let [a, b, c] = &self.blocks[block as usize].corners;
+        let corners = |axis: usize| (e.load(&a[axis]), e.load(&b[axis]), e.load(&c[axis]));
+        let (x, y, z) = (corners(0), corners(1), corners(2));
+        let lower = |(a, b, c)| e.min(e.min(a, b), c);
+        let upper = |(a, b, c)| e.max(e.max(a, b), c);
+        beam.meets(e, [lower(x), lower(y), lower(z)], [upper(x), upper(y), upper(z)])
+    }
+
+    #[inline(always)]
+    fn visit_across<W: Wide>(&mut self, w: W, slabs: &mut Slabs, block: u32, mut slots: u32, rays: u64) -> u64 {
+        let [kx, ky, kz] = self.axes;
+        let mut ended = 0;
+        let lanes = (1u64 << W::LANES) - 1;
+        while slots != 0 {
+            let slot = slots.trailing_zeros() & 7;
+            slots &= slots - 1;
+            let code = block << 3 | slot;
+            let [a, b, c] = &self.blocks[block as usize].corners;
+            let slot = slot as usize;
+            let spread = |corner: &[[f32; 8]; 3]| {
+                [w.splat(corner[kx][slot]), w.splat(corner[ky][slot]), w.splat(corner[kz][slot] * self.sign)]
+            };
+            let corners = [spread(a), spread(b), spread(c)];
+            for at in (0..PACKET).step_by(W::LANES) {
+                let mask = ((rays & !ended) >> at & lanes) as u32;
+                if mask == 0 {
+                    continue;
+                }
+                let load = |row: &Row| w.load(&row.0[at..]);
+                let [slope, offset] = [&self.slope, &self.offset].map(|rows| [load(&rows[0]), load(&rows[1])]);
+                let end = load(&self.end[1]);
+                let ray = Sheared { slope, offset, start: load(&self.start[0]), end };
+                let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, ray, mask) else { continue };
+                let nearer = surely & w.lt(depth[1], load(&self.end[0])) & w.lt(load(&self.start[1]), depth[0]);
+                let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], load(&self.start[0])));
+                let mut unclear = maybe & !nearer & !beyond;
+                if ANY_HIT {
+                    ended |= u64::from(nearer) << at;
+                } else if nearer != 0 {
+                    let [low, high] = &mut self.end;
+                    w.store(w.select(nearer, depth[0], w.load(&low.0[at..])), &mut low.0[at..]);
+                    w.store(w.select(nearer, depth[1], end), &mut high.0[at..]);
+                    let old = w.load(&slabs.limit.0[at..]);
+                    let limit = w.mul_sub(depth[1], w.abs(load(&slabs.reciprocal[kz])), load(&slabs.far[kz]));
+                    let limit = w.min(w.mul(limit, w.splat(1.0 + 8.0 * U as f32)), old);
+                    w.store(w.select(nearer, limit, old), &mut slabs.limit.0[at..]);
+                    self.exact &= !(u64::from(nearer) << at);
+                    let mut bits = nearer;
+                    while bits != 0 {
+                        self.best[(at + bits.trailing_zeros() as usize) & (PACKET - 1)] = code;
+                        bits &= bits - 1;
+                    }
+                }
+                while unclear != 0 {
+                    let i = (at + unclear.trailing_zeros() as usize) & (PACKET - 1);
+                    unclear &= unclear - 1;
+                    if self.settle(slabs, i, code) && ANY_HIT {
+                        ended |= 1 << i;
+                    }
+                }
+            }
+        }
+        ended
+    }
+
+    #[inline(always)]
+    fn visit_one<E: Wide>(&mut self, e: E, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+        let [kx, ky, kz] = self.axes;
+        let [a, b, c] = &self.blocks[block as usize].corners;
+        let sign = e.splat(self.sign);
+        let load = |corner: &[[f32; 8]; 3]| {
+            [e.load(&corner[kx]), e.load(&corner[ky]), e.mul(e.load(&corner[kz]), sign)]
+        };
+        let splat = |row: &Row| e.splat(row.0[i]);
+        let [slope, offset] = [&self.slope, &self.offset].map(|rows| [splat(&rows[0]), splat(&rows[1])]);
+        let ray = Sheared { slope, offset, start: splat(&self.start[0]), end: splat(&self.end[1]) };
+        let Some(verdict) = self.judge(e, [load(a), load(b), load(c)], ray, 0xff) else { return false };
+        let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
+        e.store(verdict.depth[0], &mut low);
+        e.store(verdict.depth[1], &mut high);
+        let mut maybe = verdict.maybe;
+        while maybe != 0 {
+            let slot = maybe.trailing_zeros() & 7;
+            maybe &= maybe - 1;
+            let (code, low, high) = (block << 3 | slot, low[slot as usize], high[slot as usize]);
+            let mut unclear = true;
+            if verdict.surely >> slot & 1 != 0 {
+                if high < self.end[0].0[i] && low > self.start[1].0[i] {
+                    if ANY_HIT {
+                        return true;
+                    }
+                    (self.end[0].0[i], self.end[1].0[i], self.best[i]) = (low, high, code);
+                    self.exact &= !(1 << i);
+                    let limit = high * slabs.reciprocal[kz].0[i].abs() - slabs.far[kz].0[i];
+                    let limit = limit * (1.0 + 8.0 * U as f32);
+                    slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
+                    continue;
+                }
+                unclear = !(low > self.end[1].0[i] || high < self.start[0].0[i]);
+            }
+            if unclear && self.settle(slabs, i, code) && ANY_HIT {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn finish(self, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        for (i, ray) in self.rays.iter().enumerate() {
+            let code = self.best[i & (PACKET - 1)];
+            if ANY_HIT {
+                let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
+                found(i, (ended >> i & 1 != 0).then_some(hit));
+                continue;
+            }
+            let hit = if code == NONE {
+                None
+            } else {
+                let exact = TriangleRay::new(ray);
+                let corners = self.blocks[(code >> 3) as usize].triangle(code as usize & 7, exact.axes);
+                let hit = exact.intersect_permuted(corners, ray.t_max);
+                debug_assert!(hit.is_some(), "f32 has proven that there is one");
+                match hit {
+                    Some((t, u, v)) => Some(TriangleHit { t, triangle: self.id(code), u, v }),
+                    None => None,
+                }
+            };
+            found(i, hit);
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The rays of a packet side by side: in f64 as they come, in f32 as boxes are tested against them.
+
+use super::packet::PACKET;
+use super::wide::{Row, Wide};
+use crate::geometry::{PaddedSlab, Ray};
+
+/// One number a ray.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Doubles(pub [f64; PACKET]);
+
+impl Doubles {
+    const ZERO: Self = Self([0.0; PACKET]);
+
+    /// The smallest and the largest of the first `count`, which is a multiple of eight. NaN counts for nothing.
+    #[inline(always)]
+    fn ends(&self, count: usize) -> [f64; 2] {
+        let (mut low, mut high) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
+        for v in self.0[..count].chunks_exact(8) {
+            for k in 0..8 {
+                low[k] = if v[k] < low[k] { v[k] } else { low[k] };
+                high[k] = if v[k] > high[k] { v[k] } else { high[k] };
+            }
+        }
+        for half in [4, 2, 1] {
+            for k in 0..half {
+                low[k] = if low[k + half] < low[k] { low[k + half] } else { low[k] };
+                high[k] = if high[k + half] > high[k] { high[k + half] } else { high[k] };
+            }
+        }
+        [low[0], high[0]]
+    }
+}
+
+/// Rays of one packet. Places beyond the last ray, up to a multiple of 16, repeat the first one.
+pub struct Together<'a> {
+    /// As they came.
+    pub rays: &'a [Ray],
+    /// Places that are filled.
+    pub filled: usize,
+    /// By axis.
+    pub origin: [Doubles; 3],
+    /// By axis.
+    pub direction: [Doubles; 3],
+    /// See [`Ray`].
+    pub t_min: Doubles,
+    /// See [`Ray`].
+    pub t_max: Doubles,
+}
+
+impl<'a> Together<'a> {
+    /// Takes up to [`PACKET`] rays and at least one.
+    #[inline(always)]
+    pub fn new(rays: &'a [Ray]) -> Self {
+        let rays = &rays[..rays.len().min(PACKET)];
+        let filled = rays.len().next_multiple_of(16);
+        let zero = Doubles::ZERO;
+        let mut new = Self { rays, filled, origin: [zero; 3], direction: [zero; 3], t_min: zero, t_max: zero };
+        let fill = std::iter::repeat_n(&rays[0], filled - rays.len());
+        for (i, ray) in rays.iter().chain(fill).enumerate() {
+            let i = i & (PACKET - 1);
+            let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+            for axis in 0..3 {
+                new.origin[axis].0[i] = o[axis];
+                new.direction[axis].0[i] = d[axis];
+            }
+            (new.t_min.0[i], new.t_max.0[i]) = (ray.t_min, ray.t_max);
+        }
+        new
+    }
+}
+
+/// The numbers of [`PaddedSlab`]s.
+pub struct Slabs {
+    pub reciprocal: [Row; 3],
+    pub near_reciprocal: [Row; 3],
+    pub near: [Row; 3],
+    pub far: [Row; 3],
+    pub t_min: Row,
+    /// Where rays end, rounded up; falls when they meet something.
+    pub limit: Row,
+}
+
+/// Intervals that hold the rays of a packet.
+pub struct Ends {
+    /// Of the origins, by axis.
+    pub origin: [[f64; 2]; 3],
+    /// Of the directions, by axis.
+    pub direction: [[f64; 2]; 3],
+}
+
+impl Ends {
+    #[inline(always)]
+    pub fn new(together: &Together) -> Self {
+        let n = together.filled;
+        let (o, d) = (&together.origin, &together.direction);
+        Self {
+            origin: [o[0].ends(n), o[1].ends(n), o[2].ends(n)],
+            direction: [d[0].ends(n), d[1].ends(n), d[2].ends(n)],
+        }
+    }
+}
+
+impl Slabs {
+    /// For a tree whose coordinates are at most `extent` in magnitude. As [`PaddedSlab::new`] of each ray, whose origin must not
+    /// be farther than eight extents from the tree's.
+    #[inline(always)]
+    pub fn new(together: &Together, extent: f64) -> Self {
+        let row = Row::new(0.0);
+        let rows = [row; 3];
+        let mut slabs =
+            Self { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row };
+        let (mut pad, mut least) = (Doubles::ZERO, Doubles::ZERO);
+        let Together { filled, origin, direction, t_min, t_max, .. } = together;
+        let filled = (*filled).min(PACKET);
+        const U: f64 = 1.0 / 16_777_216.0;
+        sizes(filled, origin, |i, size| pad.0[i] = 4.0 * U * size + 2f64.powi(-37) * (extent + size));
+        sizes(filled, direction, |i, size| least.0[i] = size * 2f64.powi(-40));
+        for axis in 0..3 {
+            let (o, d) = (&origin[axis].0, &direction[axis].0);
+            let (r, nr) = (&mut slabs.reciprocal[axis].0, &mut slabs.near_reciprocal[axis].0);
+            let (near, far) = (&mut slabs.near[axis].0, &mut slabs.far[axis].0);
+            for i in 0..filled {
+                let small = least.0[i].copysign(d[i]);
+                let inverse = 1.0 / if d[i].abs() < least.0[i] { small } else { d[i] };
+                let (constant, pad) = (o[i] * inverse, pad.0[i] * inverse.abs());
+                r[i] = inverse as f32;
+                nr[i] = (inverse * PaddedSlab::ENTRY_FACTOR) as f32;
+                near[i] = ((constant + pad) * PaddedSlab::ENTRY_FACTOR) as f32;
+                far[i] = (constant - pad) as f32;
+            }
+        }
+        for i in 0..filled {
+            let (start, end) = ((t_min.0[i] * PaddedSlab::ENTRY_FACTOR) as f32, t_max.0[i] as f32);
+            let start = start - (start.abs() * f32::EPSILON + f32::MIN_POSITIVE);
+            slabs.t_min.0[i] = if start > 0.0 { start } else { 0.0 };
+            slabs.limit.0[i] = end + (end.abs() * f32::EPSILON + f32::MIN_POSITIVE);
+        }
+        slabs
+    }
+
+    /// Which rays of the group that starts at place `at` meet a box, a bit each.
+    #[inline(always)]
+    pub fn meet<W: Wide>(&self, w: W, at: usize, rows: [usize; 3], planes: &[[f32; 8]; 6], child: usize) -> u32 {
+        let load = |row: &Row| w.load(&row.0[at..]);
+        let mut enter = load(&self.t_min);
+        let mut exit = load(&self.limit);
+        for axis in 0..3 {
+            // SAFETY: rows are below 6 (`Beam::new`).
+            let (near, far) = unsafe { (planes.get_unchecked(rows[axis]), planes.get_unchecked(rows[axis] ^ 1)) };
+            let near = w.mul_sub(w.splat(near[child]), load(&self.near_reciprocal[axis]), load(&self.near[axis]));
+            let far = w.mul_sub(w.splat(far[child]), load(&self.reciprocal[axis]), load(&self.far[axis]));
+            (enter, exit) = (w.max(near, enter), w.min(far, exit));
+        }
+        w.le(enter, exit)
+    }
+}
+
+/// The largest component of each vector.
+#[inline(always)]
+fn sizes(count: usize, [x, y, z]: &[Doubles; 3], mut take: impl FnMut(usize, f64)) {
+    for i in 0..count.min(PACKET) {
+        let (x, y, z) = (x.0[i].abs(), y.0[i].abs(), z.0[i].abs());
+        let larger = if x > y { x } else { y };
+        take(i, if larger > z { larger } else { z });
+    }
+}
