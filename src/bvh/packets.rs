@@ -1,8 +1,8 @@
 //! Rays that run alike against blocks of triangles.
 
-use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
+use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
 use super::triangles::TriangleBlock;
-use super::{EMPTY_SLOT, TriangleHit};
+use super::TriangleHit;
 use crate::geometry::{Ray, TriangleRay};
 
 /// Unit roundoff of f32.
@@ -36,6 +36,8 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     /// Rays whose nearest hit's t is known.
     exact: u64,
     t: [f64; PACKET],
+    /// As in [`TriangleRay`], where the axes are those of each ray alone.
+    shear: [Doubles; 3],
 }
 
 /// What f32 can tell of a ray and a triangle.
@@ -101,21 +103,20 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
     fn settle(&mut self, slabs: &mut Slabs, i: usize, code: u32) -> bool {
         let ray = &self.rays[i];
         let exact = TriangleRay::new(ray);
-        let test = |code: u32, t_max: f64| {
-            let block = &self.blocks[(code >> 3) as usize];
-            exact.intersect_permuted(block.triangle(code as usize & 7, exact.axes), t_max)
-        };
-        let id = |code: u32| if code == NONE { EMPTY_SLOT } else { self.id(code) };
         let old = self.best[i];
         let t_max = if old == NONE {
             ray.t_max
         } else if self.exact >> i & 1 != 0 {
             self.t[i]
         } else {
-            test(old, ray.t_max).map_or(ray.t_max, |(t, _, _)| t)
+            match exact.intersect_permuted(self.corners(old, exact.axes), ray.t_max) {
+                Some((t, _, _)) => t,
+                None => ray.t_max,
+            }
         };
-        let Some((t, _, _)) = test(code, t_max) else { return false };
-        if t < t_max || id(code) < id(old) {
+        let corners = self.corners(code, exact.axes);
+        let Some((t, _, _)) = exact.intersect_permuted(corners, t_max) else { return false };
+        if t < t_max || old == NONE || self.id(code) < self.id(old) {
             (self.best[i], self.t[i]) = (code, t);
             self.exact |= 1 << i;
             let [.., z] = self.axes;
@@ -128,9 +129,26 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
+    fn corners(&self, code: u32, axes: [usize; 3]) -> [[f32; 3]; 3] {
+        self.blocks[(code >> 3) as usize].triangle(code as usize & 7, axes)
+    }
+
+    #[inline(always)]
     fn id(&self, code: u32) -> u32 {
         self.blocks[(code >> 3) as usize].ids[code as usize & 7]
     }
+}
+
+/// A corner of one triangle in all lanes: x, y and depth.
+#[inline(always)]
+fn spread<W: Wide>(w: W, corner: &[[f32; 8]; 3], [x, y, z]: [usize; 3], sign: f32, slot: usize) -> [W::V; 3] {
+    [w.splat(corner[x][slot & 7]), w.splat(corner[y][slot & 7]), w.splat(corner[z][slot & 7] * sign)]
+}
+
+/// A corner of eight triangles: x, y and depth.
+#[inline(always)]
+fn load_corner<E: Wide>(e: E, corner: &[[f32; 8]; 3], [x, y, z]: [usize; 3], sign: E::V) -> [E::V; 3] {
+    [e.load(&corner[x]), e.load(&corner[y]), e.mul(e.load(&corner[z]), sign)]
 }
 
 /// Bounds of the depth at t.
@@ -163,7 +181,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
         let largest = |axis: usize| ends.direction[axis][0].abs().max(ends.direction[axis][1].abs());
         let [low, high] = ends.direction[z];
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
-        if !(steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
+        if !(steepest < 1.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
             return None;
         }
         let sign = 1f64.copysign(low);
@@ -184,18 +202,20 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
             best: [NONE; PACKET],
             exact: 0,
             t: [0.0; PACKET],
+            shear: [Doubles::ZERO; 3],
         };
         let filled = together.filled.min(PACKET);
         let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
-        let mut inverse = [0.0; PACKET];
+        let [sx, sy, inverse] = &mut new.shear;
         for i in 0..filled {
-            inverse[i] = 1.0 / dz[i];
+            inverse.0[i] = 1.0 / dz[i];
         }
-        for (k, axis) in [x, y].into_iter().enumerate() {
+        for (k, (axis, shear)) in [(x, sx), (y, sy)].into_iter().enumerate() {
             let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
             let (slope, offset) = (&mut new.slope[k].0, &mut new.offset[k].0);
             for i in 0..filled {
-                let s = d[i] * inverse[i];
+                let s = d[i] * inverse.0[i];
+                shear.0[i] = s;
                 slope[i] = (s * sign) as f32;
                 offset[i] = (s * oz[i] - o[i]) as f32;
             }
@@ -220,7 +240,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
 
     #[inline(always)]
     fn visit_across<W: Wide>(&mut self, w: W, slabs: &mut Slabs, block: u32, mut slots: u32, rays: u64) -> u64 {
-        let [kx, ky, kz] = self.axes;
+        let [.., kz] = self.axes;
         let mut ended = 0;
         let lanes = (1u64 << W::LANES) - 1;
         while slots != 0 {
@@ -229,10 +249,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
             let code = block << 3 | slot;
             let [a, b, c] = &self.blocks[block as usize].corners;
             let slot = slot as usize;
-            let spread = |corner: &[[f32; 8]; 3]| {
-                [w.splat(corner[kx][slot]), w.splat(corner[ky][slot]), w.splat(corner[kz][slot] * self.sign)]
-            };
-            let corners = [spread(a), spread(b), spread(c)];
+            let corners = [
+                spread(w, a, self.axes, self.sign, slot),
+                spread(w, b, self.axes, self.sign, slot),
+                spread(w, c, self.axes, self.sign, slot),
+            ];
             for at in (0..PACKET).step_by(W::LANES) {
                 let mask = ((rays & !ended) >> at & lanes) as u32;
                 if mask == 0 {
@@ -277,16 +298,18 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
 
     #[inline(always)]
     fn visit_one<E: Wide>(&mut self, e: E, slabs: &mut Slabs, block: u32, i: usize) -> bool {
-        let [kx, ky, kz] = self.axes;
+        let [.., kz] = self.axes;
         let [a, b, c] = &self.blocks[block as usize].corners;
         let sign = e.splat(self.sign);
-        let load = |corner: &[[f32; 8]; 3]| {
-            [e.load(&corner[kx]), e.load(&corner[ky]), e.mul(e.load(&corner[kz]), sign)]
-        };
+        let corners = [
+            load_corner(e, a, self.axes, sign),
+            load_corner(e, b, self.axes, sign),
+            load_corner(e, c, self.axes, sign),
+        ];
         let splat = |row: &Row| e.splat(row.0[i]);
         let [slope, offset] = [&self.slope, &self.offset].map(|rows| [splat(&rows[0]), splat(&rows[1])]);
         let ray = Sheared { slope, offset, start: splat(&self.start[0]), end: splat(&self.end[1]) };
-        let Some(verdict) = self.judge(e, [load(a), load(b), load(c)], ray, 0xff) else { return false };
+        let Some(verdict) = self.judge(e, corners, ray, 0xff) else { return false };
         let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
         e.store(verdict.depth[0], &mut low);
         e.store(verdict.depth[1], &mut high);
@@ -318,25 +341,50 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
     }
 
     #[inline(always)]
-    fn finish(self, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
-        for (i, ray) in self.rays.iter().enumerate() {
-            let code = self.best[i & (PACKET - 1)];
-            if ANY_HIT {
-                let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
+    fn finish(mut self, together: &Together<'a>, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        let count = self.rays.len().min(PACKET);
+        if ANY_HIT {
+            let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
+            for i in 0..count {
                 found(i, (ended >> i & 1 != 0).then_some(hit));
+            }
+            return;
+        }
+        let mut corners = [[Row::new(0.0); 3]; 3];
+        for i in 0..count {
+            let code = self.best[i];
+            if code == NONE {
                 continue;
             }
+            let [a, b, c] = self.corners(code, self.axes);
+            for k in 0..3 {
+                corners[0][k].0[i] = a[k];
+                corners[1][k].0[i] = b[k];
+                corners[2][k].0[i] = c[k];
+            }
+        }
+        let [x, y, z] = self.axes;
+        let (ox, oy, oz) = (&together.origin[x].0, &together.origin[y].0, &together.origin[z].0);
+        let [sx, sy, sz] = &self.shear;
+        let ([a, b, c], axes) = (&corners, self.axes);
+        let (mut u, mut v) = ([0.0; PACKET], [0.0; PACKET]);
+        let t = &mut self.t;
+        for i in 0..together.filled.min(PACKET) {
+            let ray = TriangleRay::from_parts(axes, [ox[i], oy[i], oz[i]], [sx.0[i], sy.0[i], sz.0[i]], f64::NEG_INFINITY);
+            let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
+            let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
+            let c = [c[0].0[i], c[1].0[i], c[2].0[i]];
+            (t[i], u[i], v[i]) = match ray.intersect_permuted([a, b, c], f64::INFINITY) {
+                Some(hit) => hit,
+                None => (0.0, 0.0, 0.0),
+            };
+        }
+        for i in 0..count {
+            let code = self.best[i];
             let hit = if code == NONE {
                 None
             } else {
-                let exact = TriangleRay::new(ray);
-                let corners = self.blocks[(code >> 3) as usize].triangle(code as usize & 7, exact.axes);
-                let hit = exact.intersect_permuted(corners, ray.t_max);
-                debug_assert!(hit.is_some(), "f32 has proven that there is one");
-                match hit {
-                    Some((t, u, v)) => Some(TriangleHit { t, triangle: self.id(code), u, v }),
-                    None => None,
-                }
+                Some(TriangleHit { t: self.t[i], triangle: self.id(code), u: u[i], v: v[i] })
             };
             found(i, hit);
         }

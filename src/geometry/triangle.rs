@@ -38,6 +38,12 @@ impl TriangleRay {
         Self { axes, origin: [o[x], o[y], o[z]], shear: [d[x] * inverse, d[y] * inverse, inverse], t_min: ray.t_min }
     }
 
+    /// Of the numbers that [`TriangleRay::new`] finds.
+    #[inline(always)]
+    pub fn from_parts(axes: [usize; 3], origin: [f64; 3], shear: [f64; 3], t_min: f64) -> Self {
+        Self { axes, origin, shear, t_min }
+    }
+
     /// [`TriangleRay::intersect_permuted`] for corners in the order of space.
     #[inline(always)]
     pub fn intersect(&self, corners: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {

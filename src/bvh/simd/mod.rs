@@ -21,7 +21,7 @@ pub use bins::add;
 pub use buffer::filled;
 pub use packet::{Beam, PACKET, PacketVisitor};
 pub use portable::Portable;
-pub use rays::{Ends, Slabs, Together};
+pub use rays::{Doubles, Ends, Slabs, Together};
 pub use slab::SlabLanes;
 pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};

@@ -49,7 +49,7 @@ pub trait PacketVisitor<'a>: Sized {
     fn visit_one<E: Wide>(&mut self, eight: E, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
 
     /// Hands over what was found.
-    fn finish(self, ended: u64, found: impl FnMut(usize, Self::Found));
+    fn finish(self, together: &Together<'a>, ended: u64, found: impl FnMut(usize, Self::Found));
 }
 
 impl Bvh {
@@ -329,7 +329,7 @@ fn traverse<'a, E: Wide, W: Wide, V: PacketVisitor<'a>>(
             top += 1;
         }
     }
-    visitor.finish(all & !alive, found);
+    visitor.finish(&together, all & !alive, found);
     true
 }
 

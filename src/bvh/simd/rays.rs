@@ -10,7 +10,8 @@ use crate::geometry::{PaddedSlab, Ray};
 pub struct Doubles(pub [f64; PACKET]);
 
 impl Doubles {
-    const ZERO: Self = Self([0.0; PACKET]);
+    /// Nothing but zeros.
+    pub const ZERO: Self = Self([0.0; PACKET]);
 
     /// The smallest and the largest of the first `count`, which is a multiple of eight. NaN counts for nothing.
     #[inline(always)]
