@@ -3,7 +3,7 @@
 use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
 use super::triangles::TriangleBlock;
 use super::TriangleHit;
-use crate::geometry::{Ray, TriangleRay};
+use crate::geometry::TriangleRay;
 
 /// Unit roundoff of f32.
 const U: f64 = 1.0 / 16_777_216.0;
@@ -13,7 +13,6 @@ const NONE: u32 = u32::MAX;
 
 /// The bits of [`WatertightTest`](super::WatertightTest), with few f64 operations.
 pub struct WatertightPacket<'a, const ANY_HIT: bool> {
-    rays: &'a [Ray],
     blocks: &'a [TriangleBlock],
     /// The axes called x, y and z here, the same for all rays: z is the one along which they run most.
     axes: [usize; 3],
@@ -36,8 +35,10 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     /// Rays whose nearest hit's t is known.
     exact: u64,
     t: [f64; PACKET],
-    /// As in [`TriangleRay`], where the axes are those of each ray alone.
+    /// As in [`TriangleRay`], but for the axes above.
     shear: [Doubles; 3],
+    /// Whether the axes are those of each ray alone.
+    same_axes: bool,
 }
 
 /// What f32 can tell of a ray and a triangle.
@@ -100,9 +101,9 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
 
     /// The f64 test of one ray and one triangle: keeps the hit if it is the nearest. True if there is one.
     #[inline(always)]
-    fn settle(&mut self, slabs: &mut Slabs, i: usize, code: u32) -> bool {
-        let ray = &self.rays[i];
-        let exact = TriangleRay::new(ray);
+    fn settle(&mut self, together: &Together, slabs: &mut Slabs, i: usize, code: u32) -> bool {
+        let ray = together.ray(i);
+        let exact = TriangleRay::new(&ray);
         let old = self.best[i];
         let t_max = if old == NONE {
             ray.t_max
@@ -162,13 +163,13 @@ fn depth_at(origin: f64, direction: f64, sign: f64, t: f64) -> [f32; 2] {
     [(depth - pad) as f32, (depth + pad) as f32]
 }
 
-impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT> {
+impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     type Source = &'a [TriangleBlock];
     type Found = Option<TriangleHit>;
     const ANY_HIT: bool = ANY_HIT;
 
     #[inline(always)]
-    fn new(blocks: &'a [TriangleBlock], together: &Together<'a>, ends: &Ends, extent: f64) -> Option<Self> {
+    fn new(blocks: &'a [TriangleBlock], together: &Together, ends: &Ends, extent: f64) -> Option<Self> {
         let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
         let z = if size(0) > size(1) {
             if size(0) > size(2) { 0 } else { 2 }
@@ -181,7 +182,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
         let largest = |axis: usize| ends.direction[axis][0].abs().max(ends.direction[axis][1].abs());
         let [low, high] = ends.direction[z];
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
-        if !(steepest < 1.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
+        if !(steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
             return None;
         }
         let sign = 1f64.copysign(low);
@@ -189,7 +190,6 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
         let slack = [4.0 * d + 8.0 * (1.0 + steepest) * U * extent, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
         let row = Row::new(0.0);
         let mut new = Self {
-            rays: together.rays,
             blocks,
             axes,
             sign: sign as f32,
@@ -203,6 +203,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
             exact: 0,
             t: [0.0; PACKET],
             shear: [Doubles::ZERO; 3],
+            same_axes: steepest < 1.0,
         };
         let filled = together.filled.min(PACKET);
         let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
@@ -239,7 +240,15 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
     }
 
     #[inline(always)]
-    fn visit_across<W: Wide>(&mut self, w: W, slabs: &mut Slabs, block: u32, mut slots: u32, rays: u64) -> u64 {
+    fn visit_across<W: Wide>(
+        &mut self,
+        w: W,
+        together: &Together,
+        slabs: &mut Slabs,
+        block: u32,
+        mut slots: u32,
+        rays: u64,
+    ) -> u64 {
         let [.., kz] = self.axes;
         let mut ended = 0;
         let lanes = (1u64 << W::LANES) - 1;
@@ -287,7 +296,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
                 while unclear != 0 {
                     let i = (at + unclear.trailing_zeros() as usize) & (PACKET - 1);
                     unclear &= unclear - 1;
-                    if self.settle(slabs, i, code) && ANY_HIT {
+                    if self.settle(together, slabs, i, code) && ANY_HIT {
                         ended |= 1 << i;
                     }
                 }
@@ -297,7 +306,14 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(&mut self, e: E, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+    fn visit_one<E: Wide>(
+        &mut self,
+        e: E,
+        together: &Together,
+        slabs: &mut Slabs,
+        block: u32,
+        i: usize,
+    ) -> bool {
         let [.., kz] = self.axes;
         let [a, b, c] = &self.blocks[block as usize].corners;
         let sign = e.splat(self.sign);
@@ -333,7 +349,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
                 }
                 unclear = !(low > self.end[1].0[i] || high < self.start[0].0[i]);
             }
-            if unclear && self.settle(slabs, i, code) && ANY_HIT {
+            if unclear && self.settle(together, slabs, i, code) && ANY_HIT {
                 return true;
             }
         }
@@ -341,36 +357,44 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
     }
 
     #[inline(always)]
-    fn finish(mut self, together: &Together<'a>, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
-        let count = self.rays.len().min(PACKET);
+    fn finish(mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        let count = together.count.min(PACKET);
         if ANY_HIT {
             let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
             for i in 0..count {
-                found(i, (ended >> i & 1 != 0).then_some(hit));
+                found(usize::from(together.number[i]), (ended >> i & 1 != 0).then_some(hit));
             }
             return;
         }
         let mut corners = [[Row::new(0.0); 3]; 3];
+        let mut origin = self.axes.map(|axis| together.origin[axis]);
         for i in 0..count {
             let code = self.best[i];
             if code == NONE {
                 continue;
             }
-            let [a, b, c] = self.corners(code, self.axes);
+            let [a, b, c] = if self.same_axes {
+                self.corners(code, self.axes)
+            } else {
+                let ray = TriangleRay::new(&together.ray(i));
+                for k in 0..3 {
+                    (origin[k].0[i], self.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
+                }
+                self.corners(code, ray.axes)
+            };
             for k in 0..3 {
                 corners[0][k].0[i] = a[k];
                 corners[1][k].0[i] = b[k];
                 corners[2][k].0[i] = c[k];
             }
         }
-        let [x, y, z] = self.axes;
-        let (ox, oy, oz) = (&together.origin[x].0, &together.origin[y].0, &together.origin[z].0);
+        let [ox, oy, oz] = &origin;
         let [sx, sy, sz] = &self.shear;
         let ([a, b, c], axes) = (&corners, self.axes);
         let (mut u, mut v) = ([0.0; PACKET], [0.0; PACKET]);
         let t = &mut self.t;
         for i in 0..together.filled.min(PACKET) {
-            let ray = TriangleRay::from_parts(axes, [ox[i], oy[i], oz[i]], [sx.0[i], sy.0[i], sz.0[i]], f64::NEG_INFINITY);
+            let ray = TriangleRay::from_parts(axes, [ox.0[i], oy.0[i], oz.0[i]], [sx.0[i], sy.0[i], sz.0[i]], f64::NEG_INFINITY);
             let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
             let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
             let c = [c[0].0[i], c[1].0[i], c[2].0[i]];
@@ -386,7 +410,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor<'a> for WatertightPacket<'a, ANY_HIT
             } else {
                 Some(TriangleHit { t: self.t[i], triangle: self.id(code), u: u[i], v: v[i] })
             };
-            found(i, hit);
+            found(usize::from(together.number[i]), hit);
         }
     }
 }

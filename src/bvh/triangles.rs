@@ -2,7 +2,7 @@
 
 use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
 use super::packets::WatertightPacket;
-use super::{Bvh, BvhStats, EMPTY_SLOT, TreeKernels};
+use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -98,33 +98,34 @@ impl Triangles {
         }
     }
 
-    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it; quicker where up to [`PACKET`](super::PACKET) rays
+    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it; quicker where up to [`PACKET`] rays
     /// run alike: whether they did.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],
         mut found: impl FnMut(usize, Option<TriangleHit>),
-    ) -> bool {
-        let together =
-            K::PACKETS && self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found);
-        if !together {
-            for (i, ray) in rays.iter().enumerate() {
-                found(i, self.intersect::<K>(ray));
-            }
+    ) -> u64 {
+        let mut left = u64::MAX;
+        if K::PACKETS {
+            left = self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found);
         }
-        together
+        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
+            found(i, self.intersect::<K>(ray));
+        }
+        left
     }
 
     /// The same with [`Triangles::occluded`].
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> bool {
-        let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
-        let together = K::PACKETS && self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any);
-        if !together {
-            for (i, ray) in rays.iter().enumerate() {
-                found(i, self.occluded::<K>(ray));
-            }
+    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> u64 {
+        let mut left = u64::MAX;
+        if K::PACKETS {
+            let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
+            left = self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any);
         }
-        together
+        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
+            found(i, self.occluded::<K>(ray));
+        }
+        left
     }
 }
 

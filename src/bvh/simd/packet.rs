@@ -25,7 +25,7 @@ const FEW: u32 = 12;
 const WIDEST: f64 = 0.5;
 
 /// What is done with the leaves on the way of a packet.
-pub trait PacketVisitor<'a>: Sized {
+pub trait PacketVisitor: Sized {
     /// What a visitor is made from.
     type Source: Copy;
 
@@ -36,37 +36,53 @@ pub trait PacketVisitor<'a>: Sized {
     const ANY_HIT: bool;
 
     /// A visitor for rays that lie within `ends`; `None` if it can not take them.
-    fn new(source: Self::Source, together: &Together<'a>, ends: &Ends, extent: f64) -> Option<Self>;
+    fn new(source: Self::Source, together: &Together, ends: &Ends, extent: f64) -> Option<Self>;
 
     /// Which slots of a block the rays of a beam may meet, a bit each.
     fn cull<E: Wide>(&self, eight: E, beam: &Beam<E>, block: u32) -> u32;
 
     /// Tests some slots of a block against some rays, as many rays at a time as there are lanes. Lowers limits; returns the rays that
     /// it has ended.
-    fn visit_across<W: Wide>(&mut self, wide: W, slabs: &mut Slabs, block: u32, slots: u32, rays: u64) -> u64;
+    fn visit_across<W: Wide>(
+        &mut self,
+        wide: W,
+        together: &Together,
+        slabs: &mut Slabs,
+        block: u32,
+        slots: u32,
+        rays: u64,
+    ) -> u64;
 
     /// Tests a block against one ray. True ends it.
-    fn visit_one<E: Wide>(&mut self, eight: E, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
+    fn visit_one<E: Wide>(
+        &mut self,
+        eight: E,
+        together: &Together,
+        slabs: &mut Slabs,
+        block: u32,
+        ray: usize,
+    ) -> bool;
 
     /// Hands over what was found.
-    fn finish(self, together: &Together<'a>, ended: u64, found: impl FnMut(usize, Self::Found));
+    fn finish(self, together: &Together, ended: u64, found: impl FnMut(usize, Self::Found));
 }
 
 impl Bvh {
-    /// Traces up to [`PACKET`] rays together, and hands to `found` what the visitor has found for each. Does nothing and returns false
-    /// where rays do not run alike.
+    /// Traces up to [`PACKET`] rays, those together that run alike, and hands to `found` the number of each and what the visitor has
+    /// found for it. Returns the rays that are left, a bit each: those that no others run like.
     #[inline]
-    pub fn traverse_packet<'a, V: PacketVisitor<'a>>(
+    pub fn traverse_packet<V: PacketVisitor>(
         &self,
-        rays: &'a [Ray],
+        rays: &[Ray],
         source: V::Source,
         found: &mut impl FnMut(usize, V::Found),
-    ) -> bool {
-        if self.nodes.is_empty() || rays.len() <= FEW as usize || rays.len() > PACKET {
-            return false;
+    ) -> u64 {
+        let rays = &rays[..rays.len().min(PACKET)];
+        if self.nodes.is_empty() || rays.len() <= FEW as usize {
+            return first(rays.len());
         }
         match self.isa {
-            Isa::Portable => traverse::<_, _, V>(Portable, Portable, self, rays, source, found),
+            Isa::Portable => sort::<_, _, V>(Portable, Portable, self, rays, source, found),
             // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2 => unsafe { packet_avx2::<V>(self, rays, source, found) },
@@ -74,7 +90,7 @@ impl Bvh {
             #[cfg(target_arch = "x86_64")]
             Isa::Avx512 => unsafe { packet_avx512::<V>(self, rays, source, found) },
             #[cfg(not(target_arch = "x86_64"))]
-            _ => traverse::<_, _, V>(Portable, Portable, self, rays, source, found),
+            _ => sort::<_, _, V>(Portable, Portable, self, rays, source, found),
         }
     }
 }
@@ -83,30 +99,30 @@ impl Bvh {
 /// The processor has what [`Isa::Avx2`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn packet_avx2<'a, V: PacketVisitor<'a>>(
+unsafe fn packet_avx2<V: PacketVisitor>(
     tree: &Bvh,
-    rays: &'a [Ray],
+    rays: &[Ray],
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
-) -> bool {
+) -> u64 {
     // SAFETY: this function's own condition.
     let eight = unsafe { Avx2::new() };
-    traverse::<_, _, V>(eight, eight, tree, rays, source, found)
+    sort::<_, _, V>(eight, eight, tree, rays, source, found)
 }
 
 /// # Safety
 /// The processor has what [`Isa::Avx512`] names.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512dq,avx512bw")]
-unsafe fn packet_avx512<'a, V: PacketVisitor<'a>>(
+unsafe fn packet_avx512<V: PacketVisitor>(
     tree: &Bvh,
-    rays: &'a [Ray],
+    rays: &[Ray],
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
-) -> bool {
+) -> u64 {
     // SAFETY: this function's own condition.
     let (eight, wide) = unsafe { (Avx2::new(), Avx512::new()) };
-    traverse::<_, _, V>(eight, wide, tree, rays, source, found)
+    sort::<_, _, V>(eight, wide, tree, rays, source, found)
 }
 
 /// A child that waits, with a lower bound of where the rays that reach it enter.
@@ -212,29 +228,68 @@ impl<E: Wide> Beam<E> {
     }
 }
 
+/// The lowest `count` bits.
 #[inline(always)]
-fn traverse<'a, E: Wide, W: Wide, V: PacketVisitor<'a>>(
+fn first(count: usize) -> u64 {
+    if count == 0 { 0 } else { u64::MAX >> (PACKET - count) }
+}
+
+/// Traces the rays of each octant together. Returns the rays that are left.
+#[inline(always)]
+fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     eight: E,
     wide: W,
     tree: &Bvh,
-    rays: &'a [Ray],
+    rays: &[Ray],
+    source: V::Source,
+    found: &mut impl FnMut(usize, V::Found),
+) -> u64 {
+    // Signs of the directions, a bit a ray; the same bit everywhere in most packets.
+    let mut signs = [0u64; 3];
+    for (i, ray) in rays.iter().enumerate() {
+        for (axis, sign) in signs.iter_mut().enumerate() {
+            *sign |= (ray.direction.to_array()[axis].to_bits() >> 63) << i;
+        }
+    }
+    let mut todo = first(rays.len());
+    let mut left = 0;
+    while todo != 0 {
+        let one = todo.trailing_zeros();
+        let alike = |sign: u64| if sign >> one & 1 != 0 { sign } else { !sign };
+        let octant = todo & alike(signs[0]) & alike(signs[1]) & alike(signs[2]);
+        todo &= !octant;
+        if octant.count_ones() <= FEW || !traverse::<_, _, V>(eight, wide, tree, rays, octant, source, found) {
+            left |= octant;
+        }
+    }
+    left
+}
+
+/// Traces some rays of one octant together. False if they do not run alike.
+#[inline(always)]
+fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
+    eight: E,
+    wide: W,
+    tree: &Bvh,
+    rays: &[Ray],
+    which: u64,
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
-    let together = Together::new(rays);
-    let count = together.rays.len();
+    let together = Together::new(rays, which);
+    let count = together.count;
     let ends = Ends::new(&together);
     let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
     let spread: f64 = ends.direction.iter().map(|[low, high]| high - low).sum();
     // NaN goes nowhere.
-    if !(farthest <= 8.0 * tree.extent && spread <= WIDEST * rays[0].direction.length()) {
+    if !(farthest <= 8.0 * tree.extent && spread <= WIDEST * together.ray(0).direction.length()) {
         return false;
     }
     let mut slabs = Slabs::new(&together, tree.extent);
     let Some(beam) = Beam::new(eight, wide, &ends, &slabs, together.filled, tree.extent) else { return false };
     let Some(mut visitor) = V::new(source, &together, &ends, tree.extent) else { return false };
     // Rays that the visitor has not ended.
-    let all = u64::MAX >> (PACKET - count);
+    let all = first(count);
     let mut alive = all;
     let mut stack = [MaybeUninit::<Waiting>::uninit(); STACK];
     stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: all });
@@ -266,10 +321,10 @@ fn traverse<'a, E: Wide, W: Wide, V: PacketVisitor<'a>>(
                 }
                 active &= alive;
                 if slots.count_ones() * groups <= active.count_ones() {
-                    alive &= !visitor.visit_across(wide, &mut slabs, block, slots, active);
+                    alive &= !visitor.visit_across(wide, &together, &mut slabs, block, slots, active);
                 } else {
                     each(active, |i| {
-                        if visitor.visit_one(eight, &mut slabs, block, i) {
+                        if visitor.visit_one(eight, &together, &mut slabs, block, i) {
                             alive &= !(1 << i);
                         }
                     });
@@ -282,7 +337,7 @@ fn traverse<'a, E: Wide, W: Wide, V: PacketVisitor<'a>>(
         }
         if active.count_ones() <= FEW {
             each(active, |i| {
-                if walk(eight, tree, &mut slabs, beam.rows, &mut visitor, i, child) {
+                if walk(eight, tree, &together, &mut slabs, beam.rows, &mut visitor, i, child) {
                     alive &= !(1 << i);
                 }
             });
@@ -350,9 +405,10 @@ fn each(mut bits: u64, mut visit: impl FnMut(usize)) {
 
 /// Visits the leaves of a subtree that one of the rays may meet, nearer ones first. Whether the visitor ended it.
 #[inline(always)]
-fn walk<'a, E: Wide, V: PacketVisitor<'a>>(
+fn walk<E: Wide, V: PacketVisitor>(
     e: E,
     tree: &Bvh,
+    together: &Together,
     slabs: &mut Slabs,
     rows: [usize; 3],
     visitor: &mut V,
@@ -386,7 +442,7 @@ fn walk<'a, E: Wide, V: PacketVisitor<'a>>(
         if child.is_leaf() {
             let (first, count) = child.blocks();
             for block in first..first + count {
-                if visitor.visit_one(e, slabs, block, ray) {
+                if visitor.visit_one(e, together, slabs, block, ray) {
                     return true;
                 }
             }

@@ -3,6 +3,7 @@
 use super::packet::PACKET;
 use super::wide::{Row, Wide};
 use crate::geometry::{PaddedSlab, Ray};
+use glam::DVec3;
 
 /// One number a ray.
 #[derive(Clone, Copy, Debug)]
@@ -34,11 +35,13 @@ impl Doubles {
 }
 
 /// Rays of one packet. Places beyond the last ray, up to a multiple of 16, repeat the first one.
-pub struct Together<'a> {
-    /// As they came.
-    pub rays: &'a [Ray],
+pub struct Together {
+    /// How many.
+    pub count: usize,
     /// Places that are filled.
     pub filled: usize,
+    /// What number each has outside.
+    pub number: [u8; PACKET],
     /// By axis.
     pub origin: [Doubles; 3],
     /// By axis.
@@ -49,25 +52,40 @@ pub struct Together<'a> {
     pub t_max: Doubles,
 }
 
-impl<'a> Together<'a> {
-    /// Takes up to [`PACKET`] rays and at least one.
+impl Together {
+    /// Takes those of up to [`PACKET`] rays that have a bit in `which`, at least one.
     #[inline(always)]
-    pub fn new(rays: &'a [Ray]) -> Self {
-        let rays = &rays[..rays.len().min(PACKET)];
-        let filled = rays.len().next_multiple_of(16);
+    pub fn new(rays: &[Ray], mut which: u64) -> Self {
+        let count = which.count_ones() as usize;
+        let filled = count.next_multiple_of(16);
         let zero = Doubles::ZERO;
-        let mut new = Self { rays, filled, origin: [zero; 3], direction: [zero; 3], t_min: zero, t_max: zero };
-        let fill = std::iter::repeat_n(&rays[0], filled - rays.len());
-        for (i, ray) in rays.iter().chain(fill).enumerate() {
-            let i = i & (PACKET - 1);
+        let (origin, direction, number) = ([zero; 3], [zero; 3], [0; PACKET]);
+        let mut new = Self { count, filled, number, origin, direction, t_min: zero, t_max: zero };
+        let one = which.trailing_zeros() as usize;
+        for i in 0..filled.min(PACKET) {
+            let k = if which == 0 { one } else { which.trailing_zeros() as usize };
+            which &= which.wrapping_sub(1);
+            let ray = &rays[k];
             let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
             for axis in 0..3 {
                 new.origin[axis].0[i] = o[axis];
                 new.direction[axis].0[i] = d[axis];
             }
-            (new.t_min.0[i], new.t_max.0[i]) = (ray.t_min, ray.t_max);
+            (new.t_min.0[i], new.t_max.0[i], new.number[i]) = (ray.t_min, ray.t_max, k as u8);
         }
         new
+    }
+
+    /// One of them.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &self.direction);
+        Ray {
+            origin: DVec3::new(ox.0[i], oy.0[i], oz.0[i]),
+            direction: DVec3::new(dx.0[i], dy.0[i], dz.0[i]),
+            t_min: self.t_min.0[i],
+            t_max: self.t_max.0[i],
+        }
     }
 }
 
