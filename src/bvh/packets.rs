@@ -169,7 +169,28 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     const ANY_HIT: bool = ANY_HIT;
 
     #[inline(always)]
-    fn new(blocks: &'a [TriangleBlock], together: &Together, ends: &Ends, extent: f64) -> Option<Self> {
+    fn new(blocks: &'a [TriangleBlock]) -> Self {
+        let row = Row::new(0.0);
+        Self {
+            blocks,
+            axes: [0, 1, 2],
+            sign: 1.0,
+            slope: [row; 2],
+            offset: [row; 2],
+            start: [row; 2],
+            end: [row; 2],
+            slack: [0.0; 2],
+            blur: 0.0,
+            best: [NONE; PACKET],
+            exact: 0,
+            t: [0.0; PACKET],
+            shear: [Doubles::ZERO; 3],
+            same_axes: true,
+        }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
         let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
         let z = if size(0) > size(1) {
             if size(0) > size(2) { 0 } else { 2 }
@@ -183,37 +204,22 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let [low, high] = ends.direction[z];
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
         if !(steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
-            return None;
+            return false;
         }
         let sign = 1f64.copysign(low);
         let d = (7.0 + 6.0 * steepest) * U * extent;
         let slack = [4.0 * d + 8.0 * (1.0 + steepest) * U * extent, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
-        let row = Row::new(0.0);
-        let mut new = Self {
-            blocks,
-            axes,
-            sign: sign as f32,
-            slope: [row; 2],
-            offset: [row; 2],
-            start: [row; 2],
-            end: [row; 2],
-            slack,
-            blur: (12.0 * U * extent) as f32,
-            best: [NONE; PACKET],
-            exact: 0,
-            t: [0.0; PACKET],
-            shear: [Doubles::ZERO; 3],
-            same_axes: steepest < 1.0,
-        };
+        (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
+        self.same_axes = steepest < 1.0;
         let filled = together.filled.min(PACKET);
         let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
-        let [sx, sy, inverse] = &mut new.shear;
+        let [sx, sy, inverse] = &mut self.shear;
         for i in 0..filled {
             inverse.0[i] = 1.0 / dz[i];
         }
         for (k, (axis, shear)) in [(x, sx), (y, sy)].into_iter().enumerate() {
             let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
-            let (slope, offset) = (&mut new.slope[k].0, &mut new.offset[k].0);
+            let (slope, offset) = (&mut self.slope[k].0, &mut self.offset[k].0);
             for i in 0..filled {
                 let s = d[i] * inverse.0[i];
                 shear.0[i] = s;
@@ -221,12 +227,12 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 offset[i] = (s * oz[i] - o[i]) as f32;
             }
         }
-        for (t, [low, high]) in [(&together.t_min.0, &mut new.start), (&together.t_max.0, &mut new.end)] {
+        for (t, [low, high]) in [(&together.t_min.0, &mut self.start), (&together.t_max.0, &mut self.end)] {
             for i in 0..filled {
                 [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i]);
             }
         }
-        Some(new)
+        true
     }
 
     #[inline(always)]
@@ -357,7 +363,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn finish(mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+    fn finish(&mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
         let count = together.count.min(PACKET);
         if ANY_HIT {
             let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
@@ -367,20 +373,21 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             return;
         }
         let mut corners = [[Row::new(0.0); 3]; 3];
-        let mut origin = self.axes.map(|axis| together.origin[axis]);
+        let mut own = if self.same_axes { None } else { Some([Doubles::ZERO; 3]) };
         for i in 0..count {
             let code = self.best[i];
             if code == NONE {
                 continue;
             }
-            let [a, b, c] = if self.same_axes {
-                self.corners(code, self.axes)
-            } else {
-                let ray = TriangleRay::new(&together.ray(i));
-                for k in 0..3 {
-                    (origin[k].0[i], self.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
+            let [a, b, c] = match &mut own {
+                None => self.corners(code, self.axes),
+                Some(origin) => {
+                    let ray = TriangleRay::new(&together.ray(i));
+                    for k in 0..3 {
+                        (origin[k].0[i], self.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
+                    }
+                    self.corners(code, ray.axes)
                 }
-                self.corners(code, ray.axes)
             };
             for k in 0..3 {
                 corners[0][k].0[i] = a[k];
@@ -388,7 +395,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 corners[2][k].0[i] = c[k];
             }
         }
-        let [ox, oy, oz] = &origin;
+        let [x, y, z] = self.axes;
+        let [ox, oy, oz] = match &own {
+            None => [&together.origin[x], &together.origin[y], &together.origin[z]],
+            Some([x, y, z]) => [x, y, z],
+        };
         let [sx, sy, sz] = &self.shear;
         let ([a, b, c], axes) = (&corners, self.axes);
         let (mut u, mut v) = ([0.0; PACKET], [0.0; PACKET]);

@@ -18,11 +18,7 @@ use std::mem::MaybeUninit;
 pub const PACKET: usize = 64;
 
 /// Subtrees that no more rays reach are finished ray by ray; fewer rays are no packet.
-const FEW: u32 = 12;
-
-/// Rays whose directions differ by more than this, all axes together, are traced one by one: mirrored by a curved mesh they took
-/// 1.09 times as long in packets, in random directions 1.16 times (`study kernel scenes/mesh.toml`).
-const WIDEST: f64 = 0.5;
+const FEW: u32 = 8;
 
 /// What is done with the leaves on the way of a packet.
 pub trait PacketVisitor: Sized {
@@ -35,8 +31,11 @@ pub trait PacketVisitor: Sized {
     /// Whether any hit ends a ray's search.
     const ANY_HIT: bool;
 
-    /// A visitor for rays that lie within `ends`; `None` if it can not take them.
-    fn new(source: Self::Source, together: &Together, ends: &Ends, extent: f64) -> Option<Self>;
+    /// A visitor without rays.
+    fn new(source: Self::Source) -> Self;
+
+    /// Takes rays that lie within `ends`. False if it can not. (Not by `new`: kilobytes would be copied.)
+    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool;
 
     /// Which slots of a block the rays of a beam may meet, a bit each.
     fn cull<E: Wide>(&self, eight: E, beam: &Beam<E>, block: u32) -> u32;
@@ -64,7 +63,7 @@ pub trait PacketVisitor: Sized {
     ) -> bool;
 
     /// Hands over what was found.
-    fn finish(self, together: &Together, ended: u64, found: impl FnMut(usize, Self::Found));
+    fn finish(&mut self, together: &Together, ended: u64, found: impl FnMut(usize, Self::Found));
 }
 
 impl Bvh {
@@ -280,14 +279,16 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     let count = together.count;
     let ends = Ends::new(&together);
     let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
-    let spread: f64 = ends.direction.iter().map(|[low, high]| high - low).sum();
     // NaN goes nowhere.
-    if !(farthest <= 8.0 * tree.extent && spread <= WIDEST * together.ray(0).direction.length()) {
+    if !(farthest <= 8.0 * tree.extent) {
+        return false;
+    }
+    let mut visitor = V::new(source);
+    if !visitor.take(&together, &ends, tree.extent) {
         return false;
     }
     let mut slabs = Slabs::new(&together, tree.extent);
     let Some(beam) = Beam::new(eight, wide, &ends, &slabs, together.filled, tree.extent) else { return false };
-    let Some(mut visitor) = V::new(source, &together, &ends, tree.extent) else { return false };
     // Rays that the visitor has not ended.
     let all = first(count);
     let mut alive = all;
