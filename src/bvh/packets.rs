@@ -8,8 +8,8 @@ use crate::geometry::TriangleRay;
 /// Unit roundoff of f32.
 const U: f64 = 1.0 / 16_777_216.0;
 
-/// Stands for no triangle.
-const NONE: u32 = u32::MAX;
+/// Stands for no triangle: more than any code.
+const NONE: u32 = 1 << 30;
 
 /// The bits of [`WatertightTest`](super::WatertightTest), with few f64 operations.
 pub struct WatertightPacket<'a, const ANY_HIT: bool> {
@@ -26,12 +26,16 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     start: [Row; 2],
     /// Depth at the nearest hit so far, or at t_max: not more than, not less than.
     end: [Row; 2],
-    /// Error of edge functions: the first times the largest coordinate, plus the second.
+    /// Error of edge functions: the first times the largest side of the triangle's box, plus the second.
     slack: [f32; 2],
+    /// The same with the largest coordinate of the sheared triangle.
+    slack_of_m: [f32; 2],
+    /// Error for the triangles of the block in question.
+    block_slack: [f32; 8],
     /// Error of depths where edge functions have none.
     blur: f32,
-    /// Eight times the block, plus the slot, of the nearest hit so far.
-    best: [u32; PACKET],
+    /// Eight times the block, plus the slot, of the nearest hit so far, as bits of f32 (below 2).
+    best: Row,
     /// Rays whose nearest hit's t is known.
     exact: u64,
     t: [f64; PACKET],
@@ -60,12 +64,18 @@ struct Sheared<V> {
 }
 
 impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
-    /// corners: x, y and depth of each.
+    /// What f32 tells of corners (x, y and depth of each), which lie between two depths, and the error of whose edge functions is given.
     #[inline(always)]
-    fn judge<W: Wide>(&self, w: W, [a, b, c]: [[W::V; 3]; 3], ray: Sheared<W::V>, mask: u32) -> Option<Verdict<W::V>> {
+    fn judge<W: Wide>(
+        &self,
+        w: W,
+        [a, b, c]: [[W::V; 3]; 3],
+        [nearest, farthest]: [W::V; 2],
+        slack: Option<W::V>,
+        ray: Sheared<W::V>,
+        mask: u32,
+    ) -> Option<Verdict<W::V>> {
         let ([sx, sy], [ox, oy]) = (ray.slope, ray.offset);
-        let nearest = w.min(w.min(a[2], b[2]), c[2]);
-        let farthest = w.max(w.max(a[2], b[2]), c[2]);
         let maybe = mask & w.le(ray.start, farthest) & w.le(nearest, ray.end);
         if maybe == 0 {
             return None;
@@ -81,9 +91,14 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         let x = w.mul_sub(bx, ay, w.mul(by, ax));
         let low = w.min(w.min(u, v), x);
         let high = w.max(w.max(u, v), x);
-        let size_x = w.max(w.max(w.abs(ax), w.abs(bx)), w.abs(cx));
-        let size_y = w.max(w.max(w.abs(ay), w.abs(by)), w.abs(cy));
-        let slack = w.mul_add(w.max(size_x, size_y), w.splat(self.slack[0]), w.splat(self.slack[1]));
+        let slack = slack.unwrap_or_else(
+            #[inline(always)]
+            || {
+                let x = w.max(w.max(w.abs(ax), w.abs(bx)), w.abs(cx));
+                let y = w.max(w.max(w.abs(ay), w.abs(by)), w.abs(cy));
+                w.mul_add(w.max(x, y), w.splat(self.slack_of_m[0]), w.splat(self.slack_of_m[1]))
+            },
+        );
         let zero = w.splat(0.0);
         let inside = w.max(low, w.sub(zero, high));
         let maybe = maybe & w.le(w.sub(zero, slack), inside);
@@ -104,7 +119,7 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
     fn settle(&mut self, together: &Together, slabs: &mut Slabs, i: usize, code: u32) -> bool {
         let ray = together.ray(i);
         let exact = TriangleRay::new(&ray);
-        let old = self.best[i];
+        let old = self.best.0[i].to_bits();
         let t_max = if old == NONE {
             ray.t_max
         } else if self.exact >> i & 1 != 0 {
@@ -118,7 +133,7 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         let corners = self.corners(code, exact.axes);
         let Some((t, _, _)) = exact.intersect_permuted(corners, t_max) else { return false };
         if t < t_max || old == NONE || self.id(code) < self.id(old) {
-            (self.best[i], self.t[i]) = (code, t);
+            (self.best.0[i], self.t[i]) = (f32::from_bits(code), t);
             self.exact |= 1 << i;
             let [.., z] = self.axes;
             let end = depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t);
@@ -180,8 +195,10 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             start: [row; 2],
             end: [row; 2],
             slack: [0.0; 2],
+            slack_of_m: [0.0; 2],
+            block_slack: [0.0; 8],
             blur: 0.0,
-            best: [NONE; PACKET],
+            best: Row::new(f32::from_bits(NONE)),
             exact: 0,
             t: [0.0; PACKET],
             shear: [Doubles::ZERO; 3],
@@ -207,8 +224,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             return false;
         }
         let sign = 1f64.copysign(low);
+        // See `judge`: M = (1 + steepest) size + 2d.
         let d = (7.0 + 6.0 * steepest) * U * extent;
-        let slack = [4.0 * d + 8.0 * (1.0 + steepest) * U * extent, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
+        let times_m = 4.0 * d + 8.0 * (1.0 + steepest) * U * extent;
+        let slack = [times_m * (1.0 + steepest), times_m * 2.0 * d + 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
+        self.slack_of_m = [times_m, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
         (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
         self.same_axes = steepest < 1.0;
         let filled = together.filled.min(PACKET);
@@ -236,13 +256,14 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn cull<E: Wide>(&self, e: E, beam: &Beam<E>, block: u32) -> u32 {
+    fn cull<E: Wide>(&mut self, e: E, beam: &Beam<E>, block: u32) -> u32 {
         let [a, b, c] = &self.blocks[block as usize].corners;
-        let corners = |axis: usize| (e.load(&a[axis]), e.load(&b[axis]), e.load(&c[axis]));
-        let (x, y, z) = (corners(0), corners(1), corners(2));
-        let lower = |(a, b, c)| e.min(e.min(a, b), c);
-        let upper = |(a, b, c)| e.max(e.max(a, b), c);
-        beam.meets(e, [lower(x), lower(y), lower(z)], [upper(x), upper(y), upper(z)])
+        let lower = |axis: usize| e.min(e.min(e.load(&a[axis]), e.load(&b[axis])), e.load(&c[axis]));
+        let upper = |axis: usize| e.max(e.max(e.load(&a[axis]), e.load(&b[axis])), e.load(&c[axis]));
+        let (low, high) = ([lower(0), lower(1), lower(2)], [upper(0), upper(1), upper(2)]);
+        let size = e.max(e.max(e.sub(high[0], low[0]), e.sub(high[1], low[1])), e.sub(high[2], low[2]));
+        e.store(e.mul_add(size, e.splat(self.slack[0]), e.splat(self.slack[1])), &mut self.block_slack);
+        beam.meets(e, low, high)
     }
 
     #[inline(always)]
@@ -269,6 +290,13 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 spread(w, b, self.axes, self.sign, slot),
                 spread(w, c, self.axes, self.sign, slot),
             ];
+            let depth = |corner: &[[f32; 8]; 3]| corner[kz][slot] * self.sign;
+            let (za, zb, zc) = (depth(a), depth(b), depth(c));
+            let smaller = |a: f32, b: f32| if a < b { a } else { b };
+            let larger = |a: f32, b: f32| if a > b { a } else { b };
+            let nearest = w.splat(smaller(smaller(za, zb), zc));
+            let farthest = w.splat(larger(larger(za, zb), zc));
+            let (bounds, slack) = ([nearest, farthest], Some(w.splat(self.block_slack[slot])));
             for at in (0..PACKET).step_by(W::LANES) {
                 let mask = ((rays & !ended) >> at & lanes) as u32;
                 if mask == 0 {
@@ -278,7 +306,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 let [slope, offset] = [&self.slope, &self.offset].map(|rows| [load(&rows[0]), load(&rows[1])]);
                 let end = load(&self.end[1]);
                 let ray = Sheared { slope, offset, start: load(&self.start[0]), end };
-                let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, ray, mask) else { continue };
+                let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, bounds, slack, ray, mask) else { continue };
                 let nearer = surely & w.lt(depth[1], load(&self.end[0])) & w.lt(load(&self.start[1]), depth[0]);
                 let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], load(&self.start[0])));
                 let mut unclear = maybe & !nearer & !beyond;
@@ -293,11 +321,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                     let limit = w.min(w.mul(limit, w.splat(1.0 + 8.0 * U as f32)), old);
                     w.store(w.select(nearer, limit, old), &mut slabs.limit.0[at..]);
                     self.exact &= !(u64::from(nearer) << at);
-                    let mut bits = nearer;
-                    while bits != 0 {
-                        self.best[(at + bits.trailing_zeros() as usize) & (PACKET - 1)] = code;
-                        bits &= bits - 1;
-                    }
+                    let best = w.select(nearer, w.splat(f32::from_bits(code)), load(&self.best));
+                    w.store(best, &mut self.best.0[at..]);
                 }
                 while unclear != 0 {
                     let i = (at + unclear.trailing_zeros() as usize) & (PACKET - 1);
@@ -331,7 +356,9 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let splat = |row: &Row| e.splat(row.0[i]);
         let [slope, offset] = [&self.slope, &self.offset].map(|rows| [splat(&rows[0]), splat(&rows[1])]);
         let ray = Sheared { slope, offset, start: splat(&self.start[0]), end: splat(&self.end[1]) };
-        let Some(verdict) = self.judge(e, corners, ray, 0xff) else { return false };
+        let nearest = e.min(e.min(corners[0][2], corners[1][2]), corners[2][2]);
+        let farthest = e.max(e.max(corners[0][2], corners[1][2]), corners[2][2]);
+        let Some(verdict) = self.judge(e, corners, [nearest, farthest], None, ray, 0xff) else { return false };
         let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
         e.store(verdict.depth[0], &mut low);
         e.store(verdict.depth[1], &mut high);
@@ -346,7 +373,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                     if ANY_HIT {
                         return true;
                     }
-                    (self.end[0].0[i], self.end[1].0[i], self.best[i]) = (low, high, code);
+                    (self.end[0].0[i], self.end[1].0[i], self.best.0[i]) = (low, high, f32::from_bits(code));
                     self.exact &= !(1 << i);
                     let limit = high * slabs.reciprocal[kz].0[i].abs() - slabs.far[kz].0[i];
                     let limit = limit * (1.0 + 8.0 * U as f32);
@@ -375,7 +402,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let mut corners = [[Row::new(0.0); 3]; 3];
         let mut own = if self.same_axes { None } else { Some([Doubles::ZERO; 3]) };
         for i in 0..count {
-            let code = self.best[i];
+            let code = self.best.0[i].to_bits();
             if code == NONE {
                 continue;
             }
@@ -415,7 +442,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             };
         }
         for i in 0..count {
-            let code = self.best[i];
+            let code = self.best.0[i].to_bits();
             let hit = if code == NONE {
                 None
             } else {

@@ -37,8 +37,8 @@ pub trait PacketVisitor: Sized {
     /// Takes rays that lie within `ends`. False if it can not. (Not by `new`: kilobytes would be copied.)
     fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool;
 
-    /// Which slots of a block the rays of a beam may meet, a bit each.
-    fn cull<E: Wide>(&self, eight: E, beam: &Beam<E>, block: u32) -> u32;
+    /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several rays.
+    fn cull<E: Wide>(&mut self, eight: E, beam: &Beam<E>, block: u32) -> u32;
 
     /// Tests some slots of a block against some rays, as many rays at a time as there are lanes. Lowers limits; returns the rays that
     /// it has ended.
@@ -287,7 +287,8 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     if !visitor.take(&together, &ends, tree.extent) {
         return false;
     }
-    let mut slabs = Slabs::new(&together, tree.extent);
+    let mut slabs = Slabs::new();
+    slabs.take(&together, tree.extent);
     let Some(beam) = Beam::new(eight, wide, &ends, &slabs, together.filled, tree.extent) else { return false };
     // Rays that the visitor has not ended.
     let all = first(count);

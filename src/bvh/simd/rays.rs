@@ -2,7 +2,7 @@
 
 use super::packet::PACKET;
 use super::wide::{Row, Wide};
-use crate::geometry::{PaddedSlab, Ray};
+use crate::geometry::Ray;
 use glam::DVec3;
 
 /// One number a ray.
@@ -89,7 +89,7 @@ impl Together {
     }
 }
 
-/// The numbers of [`PaddedSlab`]s.
+/// Rays as boxes are tested against them, in f32; see [`PaddedSlab`](crate::geometry::PaddedSlab).
 pub struct Slabs {
     pub reciprocal: [Row; 3],
     pub near_reciprocal: [Row; 3],
@@ -120,42 +120,54 @@ impl Ends {
     }
 }
 
+/// Factor on the entry that makes up for the relative errors of entry and exit.
+const ENTRY_FACTOR: f32 = 1.0 - 16.0 * U;
+
+/// Unit roundoff of f32.
+const U: f32 = 1.0 / 16_777_216.0;
+
 impl Slabs {
-    /// For a tree whose coordinates are at most `extent` in magnitude. As [`PaddedSlab::new`] of each ray, whose origin must not
-    /// be farther than eight extents from the tree's.
+    /// No numbers.
     #[inline(always)]
-    pub fn new(together: &Together, extent: f64) -> Self {
+    pub fn new() -> Self {
         let row = Row::new(0.0);
         let rows = [row; 3];
-        let mut slabs =
-            Self { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row };
-        let (mut pad, mut least) = (Doubles::ZERO, Doubles::ZERO);
+        Self { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row }
+    }
+
+    /// Takes rays that start at most eight extents from the centre of a tree whose coordinates are at most `extent` in magnitude.
+    ///
+    /// A plane at b is met at t = (b - o) / d, here r b - r o. The rounding of d and that of r = 1/d scale both terms and so are relative to t:
+    /// 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r o|, and 2u|r o| where pad and factor are
+    /// applied. The pad is 8u|o|, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
+    #[inline(always)]
+    pub fn take(&mut self, together: &Together, extent: f64) {
         let Together { filled, origin, direction, t_min, t_max, .. } = together;
         let filled = (*filled).min(PACKET);
-        const U: f64 = 1.0 / 16_777_216.0;
-        sizes(filled, origin, |i, size| pad.0[i] = 4.0 * U * size + 2f64.powi(-37) * (extent + size));
-        sizes(filled, direction, |i, size| least.0[i] = size * 2f64.powi(-40));
+        let (mut pad, mut least) = (Row::new(0.0), Row::new(0.0));
+        sizes(filled, origin, |i, size| pad.0[i] = 8.0 * U * size + 2f32.powi(-37) * (extent as f32 + size));
+        sizes(filled, direction, |i, size| least.0[i] = size * 2f32.powi(-40));
         for axis in 0..3 {
             let (o, d) = (&origin[axis].0, &direction[axis].0);
-            let (r, nr) = (&mut slabs.reciprocal[axis].0, &mut slabs.near_reciprocal[axis].0);
-            let (near, far) = (&mut slabs.near[axis].0, &mut slabs.far[axis].0);
+            let (r, nr) = (&mut self.reciprocal[axis].0, &mut self.near_reciprocal[axis].0);
+            let (near, far) = (&mut self.near[axis].0, &mut self.far[axis].0);
             for i in 0..filled {
-                let small = least.0[i].copysign(d[i]);
-                let inverse = 1.0 / if d[i].abs() < least.0[i] { small } else { d[i] };
-                let (constant, pad) = (o[i] * inverse, pad.0[i] * inverse.abs());
-                r[i] = inverse as f32;
-                nr[i] = (inverse * PaddedSlab::ENTRY_FACTOR) as f32;
-                near[i] = ((constant + pad) * PaddedSlab::ENTRY_FACTOR) as f32;
-                far[i] = (constant - pad) as f32;
+                let (o, d) = (o[i] as f32, d[i] as f32);
+                let small = least.0[i].copysign(d);
+                let inverse = 1.0 / if d.abs() < least.0[i] { small } else { d };
+                let (constant, pad) = (o * inverse, pad.0[i] * inverse.abs());
+                r[i] = inverse;
+                nr[i] = inverse * ENTRY_FACTOR;
+                near[i] = (constant + pad) * ENTRY_FACTOR;
+                far[i] = constant - pad;
             }
         }
         for i in 0..filled {
-            let (start, end) = ((t_min.0[i] * PaddedSlab::ENTRY_FACTOR) as f32, t_max.0[i] as f32);
-            let start = start - (start.abs() * f32::EPSILON + f32::MIN_POSITIVE);
-            slabs.t_min.0[i] = if start > 0.0 { start } else { 0.0 };
-            slabs.limit.0[i] = end + (end.abs() * f32::EPSILON + f32::MIN_POSITIVE);
+            let (start, end) = (t_min.0[i] as f32 * ENTRY_FACTOR, t_max.0[i] as f32);
+            let start = start - f32::MIN_POSITIVE;
+            self.t_min.0[i] = if start > 0.0 { start } else { 0.0 };
+            self.limit.0[i] = end + (end.abs() * 4.0 * U + f32::MIN_POSITIVE);
         }
-        slabs
     }
 
     /// Which rays of the group that starts at place `at` meet a box, a bit each.
@@ -175,11 +187,11 @@ impl Slabs {
     }
 }
 
-/// The largest component of each vector.
+/// The largest component of each vector, rounded.
 #[inline(always)]
-fn sizes(count: usize, [x, y, z]: &[Doubles; 3], mut take: impl FnMut(usize, f64)) {
+fn sizes(count: usize, [x, y, z]: &[Doubles; 3], mut take: impl FnMut(usize, f32)) {
     for i in 0..count.min(PACKET) {
-        let (x, y, z) = (x.0[i].abs(), y.0[i].abs(), z.0[i].abs());
+        let (x, y, z) = ((x.0[i] as f32).abs(), (y.0[i] as f32).abs(), (z.0[i] as f32).abs());
         let larger = if x > y { x } else { y };
         take(i, if larger > z { larger } else { z });
     }
