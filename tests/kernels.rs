@@ -262,3 +262,40 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
         assert!(hits > packets * trees.len(), "{hits} hits with {what}");
     }
 }
+
+#[test]
+fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_set() {
+    let mut rng = SplitMix64(34);
+    for (what, triangles, size) in
+        [("soup", soup(2_000, &mut rng), 1.0), ("sphere", icosphere(4, 1e-3), 1e-3), ("one", soup(1, &mut rng), 1.0)]
+    {
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        let (mut hits, mut differ) = (0, 0);
+        for i in 0..500 {
+            let rays = alike(&triangles, size, &mut rng);
+            let mut alone = vec![];
+            for ray in &rays {
+                let (mut hit, mut any) = (None, false);
+                trees[0].1.intersect_packet::<Fast>(&[*ray], |_, found| hit = found);
+                trees[0].1.occluded_packet::<Fast>(&[*ray], |_, found| any = found);
+                assert_eq!(any, hit.is_some(), "{what} {i} {ray:?}");
+                differ += usize::from(bits(hit) != bits(trees[0].1.intersect::<Fast>(ray)));
+                hits += usize::from(any);
+                alone.push(bits(hit));
+            }
+            for (isa, tree) in &trees {
+                for start in [0, rays.len() / 3] {
+                    let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+                    tree.intersect_packet::<Fast>(&rays[start..], |k, hit| found[start + k] = hit);
+                    tree.occluded_packet::<Fast>(&rays[start..], |k, any| occluded[start + k] = any);
+                    for (k, ray) in rays.iter().enumerate().skip(start) {
+                        assert_eq!(bits(found[k]), alone[k], "{what} {i} {k} {} {ray:?}", isa.name());
+                        assert_eq!(occluded[k], alone[k].is_some(), "{what} {i} {k} {} {ray:?}", isa.name());
+                    }
+                }
+            }
+        }
+        println!("{differ} of {hits} hits with {what} are others where rays are traced one by one");
+        assert!(hits > 500 && differ * 20 < hits, "{differ} of {hits} hits with {what} are others one by one");
+    }
+}

@@ -3,7 +3,7 @@
 use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
 use super::triangles::TriangleBlock;
 use super::TriangleHit;
-use crate::geometry::TriangleRay;
+use crate::geometry::{Ray, TriangleRay};
 
 /// Unit roundoff of f32.
 const U: f64 = 1.0 / 16_777_216.0;
@@ -182,6 +182,13 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     type Source = &'a [TriangleBlock];
     type Found = Option<TriangleHit>;
     const ANY_HIT: bool = ANY_HIT;
+    const LEAST: u32 = 9;
+    const SLACK: f32 = 0.0;
+
+    #[inline(always)]
+    fn is_fit(_ray: &Ray, _extent: f64) -> bool {
+        true
+    }
 
     #[inline(always)]
     fn new(blocks: &'a [TriangleBlock]) -> Self {
@@ -219,8 +226,10 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let axes @ [x, y, z] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
         let largest = |axis: usize| ends.direction[axis][0].abs().max(ends.direction[axis][1].abs());
         let [low, high] = ends.direction[z];
+        let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
-        if !(steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
+        // NaN goes nowhere.
+        if !(farthest <= 8.0 * extent && steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
             return false;
         }
         let sign = 1f64.copysign(low);

@@ -2,7 +2,8 @@
 
 use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
 use super::packets::WatertightPacket;
-use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, TreeKernels};
+use super::plain_packets::MoellerTrumborePacket;
+use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, Packets, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -105,10 +106,15 @@ impl Triangles {
         rays: &[Ray],
         mut found: impl FnMut(usize, Option<TriangleHit>),
     ) -> u64 {
-        let mut left = u64::MAX;
-        if K::PACKETS {
-            left = self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found);
-        }
+        let left = match K::PACKETS {
+            None => u64::MAX,
+            Some(Packets::Watertight) => {
+                self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found)
+            }
+            Some(Packets::MoellerTrumbore) => {
+                self.tree.traverse_packet::<MoellerTrumborePacket<false>>(rays, &self.blocks, &mut found)
+            }
+        };
         for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
             found(i, self.intersect::<K>(ray));
         }
@@ -117,11 +123,16 @@ impl Triangles {
 
     /// The same with [`Triangles::occluded`].
     pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> u64 {
-        let mut left = u64::MAX;
-        if K::PACKETS {
-            let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
-            left = self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any);
-        }
+        let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
+        let left = match K::PACKETS {
+            None => u64::MAX,
+            Some(Packets::Watertight) => {
+                self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any)
+            }
+            Some(Packets::MoellerTrumbore) => {
+                self.tree.traverse_packet::<MoellerTrumborePacket<true>>(rays, &self.blocks, &mut any)
+            }
+        };
         for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
             found(i, self.occluded::<K>(ray));
         }

@@ -45,10 +45,10 @@ impl Isa {
     /// All of them, the plainest first.
     pub const ALL: [Isa; 3] = [Isa::Portable, Isa::Avx2, Isa::Avx512];
 
-    /// The one that traces fastest on this processor. AVX2 also where there is AVX-512: the same source compiled with
-    /// AVX-512VL took 1.08 to 1.30 times as long for single rays (Zen 4, blobs100k and interior).
+    /// The one that traces fastest on this processor. Packets and loops over rays are written for sixteen lanes; single rays take
+    /// the code of AVX2 also where there is AVX-512 (see [`Bvh::traverse`](crate::bvh::Bvh::traverse)).
     pub fn best() -> Self {
-        if Isa::Avx2.is_available() { Isa::Avx2 } else { Isa::Portable }
+        Isa::ALL.into_iter().rev().find(|isa| isa.is_available()).unwrap_or(Isa::Portable)
     }
 
     /// Whether this processor has it.

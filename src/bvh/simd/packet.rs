@@ -31,6 +31,15 @@ pub trait PacketVisitor: Sized {
     /// Whether any hit ends a ray's search.
     const ANY_HIT: bool;
 
+    /// Fewer rays are not worth a packet.
+    const LEAST: u32;
+
+    /// How far a hit may lie outside of the triangle's box, in units of 2^-24 times the largest coordinate of tree and origin.
+    const SLACK: f32;
+
+    /// Whether a ray can be taken at all.
+    fn is_fit(ray: &Ray, extent: f64) -> bool;
+
     /// A visitor without rays.
     fn new(source: Self::Source) -> Self;
 
@@ -77,7 +86,7 @@ impl Bvh {
         found: &mut impl FnMut(usize, V::Found),
     ) -> u64 {
         let rays = &rays[..rays.len().min(PACKET)];
-        if self.nodes.is_empty() || rays.len() <= FEW as usize {
+        if self.nodes.is_empty() || rays.len() < V::LEAST as usize {
             return first(rays.len());
         }
         match self.isa {
@@ -163,10 +172,10 @@ impl<E: Wide> Beam<E> {
                 return None;
             }
             rows[axis] = 2 * axis + usize::from(negative);
-            // Two roundings of the origin and its difference to a plane, and what `PaddedSlab` pads for components that are
-            // almost zero; what else is rounded is relative to t and made up for below.
+            // Two roundings of the origin and its difference to a plane, the visitor's slack, and what `Slabs` pad for components that
+            // are almost zero; what else is rounded is relative to t and made up for below.
             let [low, high] = ends.origin[axis];
-            let pad = (low.abs().max(high.abs()) + extent) * 2f64.powi(-21);
+            let pad = (low.abs().max(high.abs()) + extent) * 2f64.powi(-19);
             let (low, high) = ((low - pad) as f32, (high + pad) as f32);
             let (to_near, to_far) = if negative { (low, high) } else { (high, low) };
             beam.origin[0][axis] = eight.splat(to_near);
@@ -245,19 +254,20 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
 ) -> u64 {
     // Signs of the directions, a bit a ray; the same bit everywhere in most packets.
     let mut signs = [0u64; 3];
+    let mut left = 0;
     for (i, ray) in rays.iter().enumerate() {
+        left |= u64::from(!V::is_fit(ray, tree.extent)) << i;
         for (axis, sign) in signs.iter_mut().enumerate() {
             *sign |= (ray.direction.to_array()[axis].to_bits() >> 63) << i;
         }
     }
-    let mut todo = first(rays.len());
-    let mut left = 0;
+    let mut todo = first(rays.len()) & !left;
     while todo != 0 {
         let one = todo.trailing_zeros();
         let alike = |sign: u64| if sign >> one & 1 != 0 { sign } else { !sign };
         let octant = todo & alike(signs[0]) & alike(signs[1]) & alike(signs[2]);
         todo &= !octant;
-        if octant.count_ones() <= FEW || !traverse::<_, _, V>(eight, wide, tree, rays, octant, source, found) {
+        if octant.count_ones() < V::LEAST || !traverse::<_, _, V>(eight, wide, tree, rays, octant, source, found) {
             left |= octant;
         }
     }
@@ -278,17 +288,12 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     let together = Together::new(rays, which);
     let count = together.count;
     let ends = Ends::new(&together);
-    let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
-    // NaN goes nowhere.
-    if !(farthest <= 8.0 * tree.extent) {
-        return false;
-    }
     let mut visitor = V::new(source);
     if !visitor.take(&together, &ends, tree.extent) {
         return false;
     }
     let mut slabs = Slabs::new();
-    slabs.take(&together, tree.extent);
+    slabs.take(&together, V::SLACK, tree.extent);
     let Some(beam) = Beam::new(eight, wide, &ends, &slabs, together.filled, tree.extent) else { return false };
     // Rays that the visitor has not ended.
     let all = first(count);

@@ -139,13 +139,14 @@ impl Slabs {
     ///
     /// A plane at b is met at t = (b - o) / d, here r b - r o. The rounding of d and that of r = 1/d scale both terms and so are relative to t:
     /// 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r o|, and 2u|r o| where pad and factor are
-    /// applied. The pad is 8u|o|, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
+    /// applied. The pad is 8u|o| and the visitor's slack, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
     #[inline(always)]
-    pub fn take(&mut self, together: &Together, extent: f64) {
+    pub fn take(&mut self, together: &Together, slack: f32, extent: f64) {
         let Together { filled, origin, direction, t_min, t_max, .. } = together;
         let filled = (*filled).min(PACKET);
         let (mut pad, mut least) = (Row::new(0.0), Row::new(0.0));
-        sizes(filled, origin, |i, size| pad.0[i] = 8.0 * U * size + 2f32.powi(-37) * (extent as f32 + size));
+        let slack = slack * U + 2f32.powi(-37);
+        sizes(filled, origin, |i, size| pad.0[i] = 8.0 * U * size + slack * (extent as f32 + size));
         sizes(filled, direction, |i, size| least.0[i] = size * 2f32.powi(-40));
         for axis in 0..3 {
             let (o, d) = (&origin[axis].0, &direction[axis].0);
