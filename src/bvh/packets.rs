@@ -1,8 +1,8 @@
 //! Rays that run alike against blocks of triangles.
 
+use super::TriangleHit;
 use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
 use super::triangles::TriangleBlock;
-use super::TriangleHit;
 use crate::geometry::{Ray, TriangleRay};
 
 /// Unit roundoff of f32.
@@ -315,7 +315,9 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 let [slope, offset] = [&self.slope, &self.offset].map(|rows| [load(&rows[0]), load(&rows[1])]);
                 let end = load(&self.end[1]);
                 let ray = Sheared { slope, offset, start: load(&self.start[0]), end };
-                let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, bounds, slack, ray, mask) else { continue };
+                let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, bounds, slack, ray, mask) else {
+                    continue;
+                };
                 let nearer = surely & w.lt(depth[1], load(&self.end[0])) & w.lt(load(&self.start[1]), depth[0]);
                 let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], load(&self.start[0])));
                 let mut unclear = maybe & !nearer & !beyond;
@@ -346,14 +348,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(
-        &mut self,
-        e: E,
-        together: &Together,
-        slabs: &mut Slabs,
-        block: u32,
-        i: usize,
-    ) -> bool {
+    fn visit_one<E: Wide>(&mut self, e: E, together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
         let [.., kz] = self.axes;
         let [a, b, c] = &self.blocks[block as usize].corners;
         let sign = e.splat(self.sign);
@@ -441,7 +436,12 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let (mut u, mut v) = ([0.0; PACKET], [0.0; PACKET]);
         let t = &mut self.t;
         for i in 0..together.filled.min(PACKET) {
-            let ray = TriangleRay::from_parts(axes, [ox.0[i], oy.0[i], oz.0[i]], [sx.0[i], sy.0[i], sz.0[i]], f64::NEG_INFINITY);
+            let ray = TriangleRay::from_parts(
+                axes,
+                [ox.0[i], oy.0[i], oz.0[i]],
+                [sx.0[i], sy.0[i], sz.0[i]],
+                f64::NEG_INFINITY,
+            );
             let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
             let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
             let c = [c[0].0[i], c[1].0[i], c[2].0[i]];

@@ -277,14 +277,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(
-        &mut self,
-        e: E,
-        _together: &Together,
-        slabs: &mut Slabs,
-        block: u32,
-        i: usize,
-    ) -> bool {
+    fn visit_one<E: Wide>(&mut self, e: E, _together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
         let [a, b, c] = &self.blocks[block as usize].corners;
         let (a, b, c) = (load_eight(e, a), load_eight(e, b), load_eight(e, c));
         let (mut low, mut high) = (a, a);

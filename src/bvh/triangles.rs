@@ -1,8 +1,8 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
-use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
 use super::packets::WatertightPacket;
 use super::plain_packets::MoellerTrumborePacket;
+use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, Packets, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;

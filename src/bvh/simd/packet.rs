@@ -7,9 +7,9 @@
 use super::rays::{Ends, Slabs, Together};
 use super::traverse::STACK;
 use super::wide::{Row, Wide};
+use super::{Isa, Portable};
 #[cfg(target_arch = "x86_64")]
 use super::{wide::Avx512, x86::Avx2};
-use super::{Isa, Portable};
 use crate::bvh::{Bvh, Child};
 use crate::geometry::{PaddedSlab, Ray};
 use std::mem::MaybeUninit;
@@ -62,14 +62,7 @@ pub trait PacketVisitor: Sized {
     ) -> u64;
 
     /// Tests a block against one ray. True ends it.
-    fn visit_one<E: Wide>(
-        &mut self,
-        eight: E,
-        together: &Together,
-        slabs: &mut Slabs,
-        block: u32,
-        ray: usize,
-    ) -> bool;
+    fn visit_one<E: Wide>(&mut self, eight: E, together: &Together, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
 
     /// Hands over what was found.
     fn finish(&mut self, together: &Together, ended: u64, found: impl FnMut(usize, Self::Found));
