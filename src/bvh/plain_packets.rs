@@ -5,6 +5,10 @@ use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide}
 use super::triangles::TriangleBlock;
 use crate::geometry::Ray;
 
+/// Coordinates that are neither too small nor too large.
+const NEAR: f64 = 1e-10;
+const FAR: f64 = 1e10;
+
 /// Stands for no triangle: more than any code.
 const NONE: u32 = 1 << 30;
 
@@ -163,8 +167,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     #[inline(always)]
     fn is_fit(ray: &Ray, extent: f64) -> bool {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());
-        let (o, d) = (o.x + o.y + o.z, d.x + d.y + d.z);
-        (o <= 1e10) & (1e-10..=1e10).contains(&d) & (1e-10..=1e10).contains(&extent)
+        let (o, d) = (o.max_element(), d.max_element());
+        (o <= FAR) & (NEAR..=FAR).contains(&d) & (NEAR..=FAR).contains(&extent)
     }
 
     #[inline(always)]
@@ -186,7 +190,14 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     }
 
     #[inline(always)]
-    fn take(&mut self, together: &Together, _ends: &Ends, extent: f64) -> bool {
+    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
+        let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
+        let fastest = ends.direction.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
+        let slowest = ends.direction.iter().fold(0.0, |most: f64, [low, high]| low.abs().min(high.abs()).max(most));
+        let fit = farthest <= FAR && fastest <= FAR && slowest >= NEAR && (NEAR..=FAR).contains(&extent);
+        if !fit && !(0..together.count.min(PACKET)).all(|i| Self::is_fit(&together.ray(i), extent)) {
+            return false;
+        }
         let filled = together.filled.min(PACKET);
         for axis in 0..3 {
             for i in 0..filled {

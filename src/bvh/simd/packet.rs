@@ -37,7 +37,7 @@ pub trait PacketVisitor: Sized {
     /// How far a hit may lie outside of the triangle's box, in units of 2^-24 times the largest coordinate of tree and origin.
     const SLACK: f32;
 
-    /// Whether a ray can be taken at all.
+    /// Whether a ray can be taken at all. If not, [`PacketVisitor::take`] refuses it, and those that are with it.
     fn is_fit(ray: &Ray, extent: f64) -> bool;
 
     /// A visitor without rays.
@@ -245,26 +245,56 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
 ) -> u64 {
-    // Signs of the directions, a bit a ray; the same bit everywhere in most packets.
-    let mut signs = [0u64; 3];
-    let mut left = 0;
-    for (i, ray) in rays.iter().enumerate() {
-        left |= u64::from(!V::is_fit(ray, tree.extent)) << i;
-        for (axis, sign) in signs.iter_mut().enumerate() {
-            *sign |= (ray.direction.to_array()[axis].to_bits() >> 63) << i;
-        }
+    let count = rays.len();
+    let mut left = first(count);
+    let (mut any, mut all) = (0, 7);
+    for ray in rays {
+        let octant = octant_of(ray);
+        (any, all) = (any | octant, all & octant);
     }
-    let mut todo = first(rays.len()) & !left;
-    while todo != 0 {
-        let one = todo.trailing_zeros();
-        let alike = |sign: u64| if sign >> one & 1 != 0 { sign } else { !sign };
-        let octant = todo & alike(signs[0]) & alike(signs[1]) & alike(signs[2]);
-        todo &= !octant;
-        if octant.count_ones() < V::LEAST || !traverse::<_, _, V>(eight, wide, tree, rays, octant, source, found) {
-            left |= octant;
+    // In most packets all are of one octant, and all can be taken.
+    let mut octants = [0; 8];
+    octants[0] = left;
+    let mut sorted = false;
+    if any != all {
+        (octants, sorted) = (by_octant::<V>(rays, tree.extent), true);
+    }
+    let mut at = 0;
+    // The one place where packets are traced: with two, half of what is in them was not inlined.
+    while at < 8 {
+        let which = octants[at];
+        at += 1;
+        if which.count_ones() < V::LEAST {
+            continue;
+        }
+        if traverse::<_, _, V>(eight, wide, tree, rays, which, source, found) {
+            left &= !which;
+        } else if !sorted {
+            // Without those that can not be taken, if that is why.
+            let fit = by_octant::<V>(rays, tree.extent);
+            if fit.iter().fold(0, |all, octant| all | octant) != which {
+                (octants, sorted, at) = (fit, true, 0);
+            }
         }
     }
     left
+}
+
+/// The rays that can be taken, by octant of their directions, a bit each.
+#[inline(always)]
+fn by_octant<V: PacketVisitor>(rays: &[Ray], extent: f64) -> [u64; 8] {
+    let mut octants = [0; 8];
+    for (i, ray) in rays.iter().enumerate() {
+        octants[octant_of(ray)] |= u64::from(V::is_fit(ray, extent)) << i;
+    }
+    octants
+}
+
+/// Signs of the direction, a bit an axis.
+#[inline(always)]
+fn octant_of(ray: &Ray) -> usize {
+    let sign = |v: f64| (v.to_bits() >> 63) as usize;
+    sign(ray.direction.x) | sign(ray.direction.y) << 1 | sign(ray.direction.z) << 2
 }
 
 /// Traces some rays of one octant together. False if they do not run alike.

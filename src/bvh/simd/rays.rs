@@ -61,6 +61,20 @@ impl Together {
         let zero = Doubles::ZERO;
         let (origin, direction, number) = ([zero; 3], [zero; 3], [0; PACKET]);
         let mut new = Self { count, filled, number, origin, direction, t_min: zero, t_max: zero };
+        if which.count_ones() == PACKET as u32
+            && let Some(rays) = rays.first_chunk::<PACKET>()
+        {
+            // Without the detours of the loop below: 4 % of packets of f32.
+            for (i, ray) in rays.iter().enumerate() {
+                let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+                for axis in 0..3 {
+                    new.origin[axis].0[i] = o[axis];
+                    new.direction[axis].0[i] = d[axis];
+                }
+                (new.t_min.0[i], new.t_max.0[i], new.number[i]) = (ray.t_min, ray.t_max, i as u8);
+            }
+            return new;
+        }
         let one = which.trailing_zeros() as usize;
         for i in 0..filled.min(PACKET) {
             let k = if which == 0 { one } else { which.trailing_zeros() as usize };
