@@ -2,7 +2,6 @@
 
 use super::leaf::Leaf;
 use super::object::canonical_scale;
-use super::packet::FEW;
 use super::texture::Source;
 use super::{
     Assets, Camera, Geometry, Imported, Light, Material, MediumStack, Mesh, Object, ObjectMaterial, Scene, Shape,
@@ -336,10 +335,6 @@ impl Geometry {
         let leaf = |index: u32| Leaf::new(index, &objects[index as usize]);
         let leaves = slots.iter().map(|&at| leaf(of_box[at as usize])).collect();
         let spheres = objects.iter().map(Object::bounding_sphere).collect();
-        let mut meshes: Vec<u32> = of_box.into_iter().filter(|&index| objects[index as usize].is_mesh()).collect();
-        if objects.len() <= FEW || meshes.len() > FEW {
-            meshes.clear();
-        }
         let stats = tree.stats();
         Ok(Self {
             sources: sources.to_vec(),
@@ -348,7 +343,6 @@ impl Geometry {
             stats,
             leaves,
             unbounded,
-            meshes,
             spheres,
             clearances: OnceLock::new(),
         })

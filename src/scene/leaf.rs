@@ -37,14 +37,6 @@ impl Leaf {
     }
 }
 
-impl Geometry {
-    /// Whether an object is a mesh that is met before the tree.
-    #[inline(always)]
-    pub(super) fn is_met_first(&self, leaf: &Leaf) -> bool {
-        leaf.ball.is_none() && !self.meshes.is_empty() && self.objects[leaf.object as usize].is_mesh()
-    }
-}
-
 /// Finds the closest hit.
 pub(super) struct Closest<'a, K> {
     geometry: &'a Geometry,
@@ -86,11 +78,7 @@ impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
         let ray = Ray { t_max: *t_max, ..self.ray };
-        let leaf = &self.geometry.leaves[block as usize];
-        if self.geometry.is_met_first(leaf) {
-            return false;
-        }
-        let hit = leaf.intersect::<K>(&self.geometry.objects, &ray);
+        let hit = self.geometry.leaves[block as usize].intersect::<K>(&self.geometry.objects, &ray);
         *t_max = self.take(hit, *t_max);
         false
     }
@@ -99,19 +87,18 @@ impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
 /// Finds an object that a ray meets.
 pub(super) struct AnyOccluder<'a, K> {
     geometry: &'a Geometry,
-    past_meshes: bool,
     ray: Ray,
     pub occluder: Option<u32>,
     kernels: PhantomData<K>,
 }
 
 impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
-    type Source = (&'a Geometry, bool);
+    type Source = &'a Geometry;
     const ANY_HIT: bool = true;
 
     #[inline(always)]
-    fn new((geometry, past_meshes): Self::Source, ray: &Ray) -> Self {
-        Self { geometry, past_meshes, ray: *ray, occluder: None, kernels: PhantomData }
+    fn new(geometry: &'a Geometry, ray: &Ray) -> Self {
+        Self { geometry, ray: *ray, occluder: None, kernels: PhantomData }
     }
 
     #[inline(always)]
@@ -119,7 +106,6 @@ impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
         let leaf = &self.geometry.leaves[block as usize];
         let met = match leaf.ball {
             Some(_) => leaf.intersect::<K>(&[], &self.ray).is_some(),
-            None if self.past_meshes && self.geometry.is_met_first(leaf) => false,
             None => self.geometry.objects[leaf.object as usize].occluded::<K>(&self.ray),
         };
         if met {

@@ -91,8 +91,6 @@ struct Geometry {
     leaves: Vec<Leaf>,
     /// Planes.
     unbounded: Vec<u32>,
-    /// All meshes, where they are few among more other objects: they are met before the tree, by many rays together.
-    meshes: Vec<u32>,
     /// How far each object is from all others, where that matters.
     clearances: OnceLock<Vec<f64>>,
     /// Centre and radius of a sphere around each object; infinite for planes.

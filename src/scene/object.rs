@@ -57,11 +57,6 @@ pub enum Shape {
 const ERROR: f64 = 64.0 / 9_007_199_254_740_992.0;
 
 impl Object {
-    /// Whether it is a mesh.
-    pub(super) fn is_mesh(&self) -> bool {
-        matches!(self.shape, Shape::Mesh(_))
-    }
-
     /// Places a shape.
     pub(super) fn new(shape: Shape, world_from_shape: Affine, source: u32) -> Self {
         let det = world_from_shape.forward.matrix3.determinant().abs();

@@ -2,9 +2,10 @@
 //!
 //! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at all,
 //! then groups of rays that do, eight or more at a time (see `front`). In meshes, rays that run alike share the
-//! nodes of the tree ([`Bvh::traverse_packet`]); so a few meshes among many objects are met first, and each ray goes through the tree
-//! over the objects alone. There packets gained nothing: 1.00 of the frame's CPU time on the sphereflake, 1.02 on the field
-//! of glass balls, where objects are met one ray at a time all the same.
+//! nodes of the tree ([`Bvh::traverse_packet`]). In trees over many objects that gained nothing: 1.00 of the frame's CPU time on the
+//! sphereflake, 1.02 on the field of glass balls, where objects are met one ray at a time all the same Nor did
+//! it to meet the meshes among many objects first and together, and then go through the tree without them: 1.04 on the terrain with
+//! glass balls.
 
 use super::front::{
     Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
@@ -18,8 +19,8 @@ use std::ops::Range;
 /// Rays that are met or passed over together.
 const GROUP: usize = 8;
 
-/// Up to so many objects, no tree is used; up to so many meshes are met before it.
-pub(super) const FEW: usize = 8;
+/// Up to so many objects with a box, no tree is used.
+const FEW: usize = 8;
 
 /// Room that packets of rays need while they are traced; kept by whoever traces, so that tracing takes no memory.
 #[derive(Debug, Default)]
@@ -184,8 +185,7 @@ impl Scene {
         hits: &mut [Option<Hit>],
         scratch: &mut PacketScratch,
     ) {
-        let geometry = &*self.geometry;
-        if !self.is_simple() && geometry.meshes.is_empty() {
+        if !self.is_simple() {
             for (ray, hit) in rays.iter().zip(hits) {
                 *hit = self.intersect::<K>(ray);
             }
@@ -194,20 +194,11 @@ impl Scene {
         let packet = scratch.room.get_or_insert_with(Packet::new);
         for (rays, hits) in rays.chunks(CAPACITY).zip(hits.chunks_mut(CAPACITY)) {
             let count = packet.load(rays);
-            if self.is_simple() {
-                for (index, object) in (0..).zip(self.objects()) {
-                    self.meet::<K, false>(packet, count, index, object);
-                }
-            } else {
-                for &index in geometry.unbounded.iter().chain(&geometry.meshes) {
-                    self.meet::<K, false>(packet, count, index, &geometry.objects[index as usize]);
-                }
+            for (index, object) in (0..).zip(self.objects()) {
+                self.meet::<K, false>(packet, count, index, object);
             }
             for (i, hit) in hits.iter_mut().enumerate() {
                 *hit = packet.hit(i, self.objects());
-                if !self.is_simple() {
-                    *hit = self.intersect_tree::<K>(&packet.front.ray(i), *hit);
-                }
             }
         }
     }
@@ -216,12 +207,8 @@ impl Scene {
     pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut PacketScratch) {
         if !self.is_simple() {
             let mut last = None;
-            for (rays, occluded) in rays.chunks(CAPACITY).zip(occluded.chunks_mut(CAPACITY)) {
-                let meshes = self.meshes_in_the_way::<K>(rays, |_| true, scratch);
-                for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
-                    let blocked = meshes.is_some_and(|meshes| meshes[i] != u32::MAX);
-                    *occluded = blocked || self.occluded_again::<K>(ray, &mut last);
-                }
+            for (ray, occluded) in rays.iter().zip(occluded) {
+                *occluded = self.occluded_again::<K>(ray, &mut last);
             }
             return;
         }
@@ -244,41 +231,15 @@ impl Scene {
         if last.is_some_and(again) {
             return true;
         }
-        let occluder = self.occluder::<K>(ray, !self.geometry.meshes.is_empty());
+        let occluder = self.occluder::<K>(ray);
         *last = occluder.or(*last);
         occluder.is_some()
-    }
-
-    /// For each of a few rays one of the meshes of a kind that it meets, `u32::MAX` for none; `None` where there are no meshes that
-    /// are met before the tree.
-    fn meshes_in_the_way<'a, K: TreeKernels>(
-        &self,
-        rays: &[Ray],
-        is_asked: impl Fn(u32) -> bool,
-        scratch: &'a mut PacketScratch,
-    ) -> Option<&'a [u32; CAPACITY]> {
-        let geometry = &*self.geometry;
-        if geometry.meshes.is_empty() {
-            return None;
-        }
-        let packet = scratch.room.get_or_insert_with(Packet::new);
-        let count = packet.load(rays);
-        for &index in geometry.meshes.iter().filter(|&&index| is_asked(index)) {
-            self.meet::<K, true>(packet, count, index, &geometry.objects[index as usize]);
-        }
-        Some(&packet.front.object)
     }
 
     /// For each ray what is in its way, as far as can be told without following it through glass.
     pub fn look_along_packet<K: TreeKernels>(&self, rays: &[Ray], ways: &mut [Way], scratch: &mut PacketScratch) {
         if !self.is_simple() {
-            for (rays, ways) in rays.chunks(CAPACITY).zip(ways.chunks_mut(CAPACITY)) {
-                let meshes = self.meshes_in_the_way::<K>(rays, |index| !self.may_transmit(index), scratch);
-                for (i, way) in ways.iter_mut().enumerate() {
-                    let blocked = meshes.is_some_and(|meshes| meshes[i] != u32::MAX);
-                    *way = if blocked { Way::Blocked } else { Way::Unknown };
-                }
-            }
+            ways.fill(Way::Unknown);
             return;
         }
         let packet = scratch.room.get_or_insert_with(Packet::new);

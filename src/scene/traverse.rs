@@ -56,33 +56,27 @@ impl Scene {
             self.near(ray).fold(ray.t_max, |t_max, index| closest.test(index, t_max));
             return closest.best;
         }
-        let mut first = Closest::<K>::new((self, None), ray);
-        let before_tree = geometry.unbounded.iter().chain(&geometry.meshes);
-        let t_max = before_tree.fold(ray.t_max, |t_max, &index| first.test(index, t_max));
-        self.intersect_tree::<K>(&Ray { t_max, ..*ray }, first.best)
-    }
-
-    /// The closest hit of a ray that has met what is met before the tree and ends there.
-    pub(super) fn intersect_tree<K: TreeKernels>(&self, ray: &Ray, best: Option<Hit>) -> Option<Hit> {
-        let (_, bounded) = self.geometry.tree.traverse::<K::Boxes, Closest<K>>(ray, (self, best));
+        let mut unbounded = Closest::<K>::new((self, None), ray);
+        let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| unbounded.test(index, t_max));
+        let best = unbounded.best;
+        let (_, bounded) = geometry.tree.traverse::<K::Boxes, Closest<K>>(&Ray { t_max, ..*ray }, (self, best));
         bounded.map_or(best, |closest| closest.best)
     }
 
     /// Whether a world-space ray meets anything before its end.
     pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
-        self.occluder::<K>(ray, false).is_some()
+        self.occluder::<K>(ray).is_some()
     }
 
-    /// Something that a world-space ray meets before its end: of several the one that is found first. `past_meshes`: it meets none of the
-    /// meshes that are met before the tree.
-    pub(super) fn occluder<K: TreeKernels>(&self, ray: &Ray, past_meshes: bool) -> Option<u32> {
+    /// Something that a world-space ray meets before its end: of several the one that is found first.
+    pub(super) fn occluder<K: TreeKernels>(&self, ray: &Ray) -> Option<u32> {
         let geometry = &*self.geometry;
         let occludes = |index: u32| geometry.objects[index as usize].occluded::<K>(ray);
         if self.is_simple() {
             return self.near(ray).find(|&index| occludes(index));
         }
         let plane = geometry.unbounded.iter().copied().find(|&index| occludes(index));
-        plane.or_else(|| geometry.tree.traverse::<K::Boxes, AnyOccluder<K>>(ray, (geometry, past_meshes)).1?.occluder)
+        plane.or_else(|| geometry.tree.traverse::<K::Boxes, AnyOccluder<K>>(ray, geometry).1?.occluder)
     }
 
     /// Asks the objects that a ray may meet until one says yes.
@@ -104,17 +98,14 @@ impl Scene {
         })
     }
 
-    /// Whether an opaque object is in the way of a ray for which [`Scene::look_along_packet`] does not know it. If not, `hits` gets the
-    /// first hit with each object that may let light through.
+    /// Whether an opaque object is in the way of a ray. If not, `hits` gets the first hit with each object that may let light
+    /// through.
     pub fn blocked<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) -> bool {
         hits.clear();
         let hits = std::cell::RefCell::new(hits);
         self.any_object::<K, _>(ray, &|leaf| {
             let objects = self.objects();
             if !self.may_transmit(leaf.object) {
-                if self.geometry.is_met_first(leaf) {
-                    return false;
-                }
                 return objects[leaf.object as usize].occluded::<K>(ray);
             }
             hits.borrow_mut().extend(leaf.intersect::<K>(objects, ray));
