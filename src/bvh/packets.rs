@@ -1,5 +1,7 @@
 //! Rays that run alike against blocks of triangles.
 
+#![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
+
 use super::TriangleHit;
 use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
 use super::triangles::TriangleBlock;
@@ -445,10 +447,12 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
             let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
             let c = [c[0].0[i], c[1].0[i], c[2].0[i]];
-            (t[i], u[i], v[i]) = match ray.intersect_permuted([a, b, c], f64::INFINITY) {
+            #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
+            let hit = match ray.intersect_permuted([a, b, c], f64::INFINITY) {
                 Some(hit) => hit,
                 None => (0.0, 0.0, 0.0),
             };
+            (t[i], u[i], v[i]) = hit;
         }
         for i in 0..count {
             let code = self.best.0[i].to_bits();

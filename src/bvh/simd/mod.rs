@@ -5,6 +5,7 @@
 //! an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the feature and
 //! run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
 
+mod beam;
 mod bins;
 mod buffer;
 mod packet;
@@ -17,9 +18,10 @@ mod wide;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use beam::Beam;
 pub use bins::add;
 pub use buffer::filled;
-pub use packet::{Beam, PACKET, PacketVisitor};
+pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
 pub use rays::{Doubles, Ends, Slabs, Together};
 pub use slab::SlabLanes;

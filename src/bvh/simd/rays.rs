@@ -1,5 +1,7 @@
 //! The rays of a packet side by side: in f64 as they come, in f32 as boxes are tested against them.
 
+#![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
+
 use super::packet::PACKET;
 use super::wide::{Row, Wide};
 use crate::geometry::Ray;
@@ -112,6 +114,8 @@ pub struct Slabs {
     pub t_min: Row,
     /// Where rays end, rounded up; falls when they meet something.
     pub limit: Row,
+    /// Row of the near plane of each axis, the same for all rays; the far one is its neighbour, row ^ 1.
+    pub(super) rows: [usize; 3],
 }
 
 /// Intervals that hold the rays of a packet.
@@ -146,7 +150,7 @@ impl Slabs {
     pub fn new() -> Self {
         let row = Row::new(0.0);
         let rows = [row; 3];
-        Self { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row }
+        Self { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row, rows: [0, 2, 4] }
     }
 
     /// Takes rays that start at most eight extents from the centre of a tree whose coordinates are at most `extent` in magnitude.
@@ -187,13 +191,14 @@ impl Slabs {
 
     /// Which rays of the group that starts at place `at` meet a box, a bit each.
     #[inline(always)]
-    pub fn meet<W: Wide>(&self, w: W, at: usize, rows: [usize; 3], planes: &[[f32; 8]; 6], child: usize) -> u32 {
+    pub fn meet<W: Wide>(&self, w: W, at: usize, planes: &[[f32; 8]; 6], child: usize) -> u32 {
         let load = |row: &Row| w.load(&row.0[at..]);
         let mut enter = load(&self.t_min);
         let mut exit = load(&self.limit);
         for axis in 0..3 {
             // SAFETY: rows are below 6 (`Beam::new`).
-            let (near, far) = unsafe { (planes.get_unchecked(rows[axis]), planes.get_unchecked(rows[axis] ^ 1)) };
+            let (near, far) =
+                unsafe { (planes.get_unchecked(self.rows[axis]), planes.get_unchecked(self.rows[axis] ^ 1)) };
             let near = w.mul_sub(w.splat(near[child]), load(&self.near_reciprocal[axis]), load(&self.near[axis]));
             let far = w.mul_sub(w.splat(far[child]), load(&self.reciprocal[axis]), load(&self.far[axis]));
             (enter, exit) = (w.max(near, enter), w.min(far, exit));
