@@ -299,3 +299,38 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
         assert!(hits > 500 && differ * 4 < hits, "{differ} of {hits} hits with {what} are others one by one");
     }
 }
+
+/// Their edge functions are nothing but rounding for rays beside them.
+#[test]
+fn triangles_seen_edge_on_are_met_together_as_alone() {
+    let mut rng = SplitMix64(35);
+    for _ in 0..20 {
+        let eye = unit(&mut rng) * 2.0;
+        let triangles: Corners = (0..500)
+            .map(|_| {
+                // In a plane that holds the eye, up to rounding.
+                let (along, across) = (unit(&mut rng) * 1e-1 - eye, unit(&mut rng));
+                let size = 10f64.powf(rng.range(-3.0, 0.0));
+                let (at, across) = (rng.range(0.8, 1.2), across * size);
+                let depth = size * rng.range(0.0, 0.3);
+                let point = |depth: f64, aside: f64| (eye + along * (at + depth) + across * aside).as_vec3();
+                [point(0.0, 0.0), point(depth, rng.unit()), point(-depth, rng.unit() * 0.5)]
+            })
+            .collect();
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        for i in 0..50 {
+            let (middle, spread) = (unit(&mut rng) * rng.unit(), 10f64.powf(rng.range(-3.0, -0.3)));
+            let rays: Vec<Ray> = (0..PACKET).map(|_| Ray::new(eye, middle + unit(&mut rng) * spread - eye)).collect();
+            for (isa, tree) in &trees {
+                let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+                tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
+                tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
+                for (k, ray) in rays.iter().enumerate() {
+                    let alone = tree.intersect::<Robust>(ray);
+                    assert_eq!(bits(found[k]), bits(alone), "{i} {k} {} {ray:?}", isa.name());
+                    assert_eq!(occluded[k], alone.is_some(), "{i} {k} {} {ray:?}", isa.name());
+                }
+            }
+        }
+    }
+}

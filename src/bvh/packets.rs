@@ -30,8 +30,9 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     end: [Row; 2],
     /// Error of edge functions: the first times the largest side of the triangle's box, plus the second.
     slack: [f32; 2],
-    /// The same with the largest coordinate of the sheared triangle.
+    /// The same with the largest coordinate M of the sheared triangle, where that is no more than the last number.
     slack_of_m: [f32; 2],
+    largest_m: f32,
     /// Error for the triangles of the block in question.
     block_slack: [f32; 8],
     /// Error of depths where edge functions have none.
@@ -66,7 +67,18 @@ struct Sheared<V> {
 }
 
 impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
-    /// What f32 tells of corners (x, y and depth of each), which lie between two depths, and the error of whose edge functions is given.
+    /// What f32 tells of corners (x, y and depth of each), which lie between two depths. `slack`: error of their edge functions where the
+    /// ray meets them, if that is known.
+    ///
+    /// The bound is that of [`WatertightTest`](super::triangles::WatertightTest) with slopes up to s in place of 1. With u = 2^-24, R the
+    /// extent and d = (7 + 6s)uR: slope and product suR each, difference and constant (1 + s)uR each, sum 2(1 + s)uR, together
+    /// (4 + 6s)uR and room for the f64 test's own rounding and for that of another axis (|o| <= 8R). An edge function of coordinates
+    /// up to M <= 2(1 + s)R is off by at most 4dM + 2d² + 4u(M + d)² < M(4d + 8(1 + s)uR) + 6d². Where the ray meets a triangle whose box
+    /// has sides up to L, M is at most (1 + s)L + 2d, so `slack` need not be found for each ray. But where it does not, the edge functions of a
+    /// triangle seen edge-on may be nothing but rounding: only with the ray's own M do they prove a hit.
+    ///
+    /// Weights off by `error` of their sum shift the depth, a mean of the corners' depths, by no more than three times that part of
+    /// their range; `blur` is for the rounding of the mean.
     #[inline(always)]
     fn judge<W: Wide>(
         &self,
@@ -78,7 +90,7 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         mask: u32,
     ) -> Option<Verdict<W::V>> {
         let ([sx, sy], [ox, oy]) = (ray.slope, ray.offset);
-        let maybe = mask & w.le(ray.start, farthest) & w.le(nearest, ray.end);
+        let mut maybe = mask & w.le(ray.start, farthest) & w.le(nearest, ray.end);
         if maybe == 0 {
             return None;
         }
@@ -93,21 +105,23 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         let x = w.mul_sub(bx, ay, w.mul(by, ax));
         let low = w.min(w.min(u, v), x);
         let high = w.max(w.max(u, v), x);
-        let slack = slack.unwrap_or_else(
-            #[inline(always)]
-            || {
-                let x = w.max(w.max(w.abs(ax), w.abs(bx)), w.abs(cx));
-                let y = w.max(w.max(w.abs(ay), w.abs(by)), w.abs(cy));
-                w.mul_add(w.max(x, y), w.splat(self.slack_of_m[0]), w.splat(self.slack_of_m[1]))
-            },
-        );
         let zero = w.splat(0.0);
         let inside = w.max(low, w.sub(zero, high));
+        if let Some(slack) = slack {
+            maybe &= w.le(w.sub(zero, slack), inside);
+            if maybe == 0 {
+                return None;
+            }
+        }
+        let size_x = w.max(w.max(w.abs(ax), w.abs(bx)), w.abs(cx));
+        let size_y = w.max(w.max(w.abs(ay), w.abs(by)), w.abs(cy));
+        let size = w.max(size_x, size_y);
+        let slack = w.mul_add(size, w.splat(self.slack_of_m[0]), w.splat(self.slack_of_m[1]));
         let maybe = maybe & w.le(w.sub(zero, slack), inside);
         if maybe == 0 {
             return None;
         }
-        let surely = maybe & w.lt(slack, inside);
+        let surely = maybe & w.lt(slack, inside) & w.le(size, w.splat(self.largest_m));
         let inverse = w.div(w.splat(1.0), w.add(w.add(u, v), x));
         let at = w.mul_add(u, a[2], w.mul_add(v, b[2], w.mul(x, c[2])));
         let at = w.mul(at, inverse);
@@ -205,6 +219,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             end: [row; 2],
             slack: [0.0; 2],
             slack_of_m: [0.0; 2],
+            largest_m: 0.0,
             block_slack: [0.0; 8],
             blur: 0.0,
             best: Row::new(f32::from_bits(NONE)),
@@ -235,10 +250,10 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             return false;
         }
         let sign = 1f64.copysign(low);
-        // See `judge`: M = (1 + steepest) size + 2d.
         let d = (7.0 + 6.0 * steepest) * U * extent;
         let times_m = 4.0 * d + 8.0 * (1.0 + steepest) * U * extent;
         let slack = [times_m * (1.0 + steepest), times_m * 2.0 * d + 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
+        self.largest_m = (2.0 * (1.0 + steepest) * extent) as f32;
         self.slack_of_m = [times_m, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
         (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
         self.same_axes = steepest < 1.0;
