@@ -310,7 +310,7 @@ fn triangles_seen_edge_on_are_met_together_as_alone() {
             .map(|_| {
                 // In a plane that holds the eye, up to rounding.
                 let (along, across) = (unit(&mut rng) * 1e-1 - eye, unit(&mut rng));
-                let size = 10f64.powf(rng.range(-3.0, 0.0));
+                let size = 10f64.powf(rng.range(-6.0, -1.0));
                 let (at, across) = (rng.range(0.8, 1.2), across * size);
                 let depth = size * rng.range(0.0, 0.3);
                 let point = |depth: f64, aside: f64| (eye + along * (at + depth) + across * aside).as_vec3();

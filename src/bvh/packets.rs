@@ -183,6 +183,21 @@ fn load_corner<E: Wide>(e: E, corner: &[[f32; 8]; 3], [x, y, z]: [usize; 3], sig
     [e.load(&corner[x]), e.load(&corner[y]), e.mul(e.load(&corner[z]), sign)]
 }
 
+/// Boxes of eight triangles.
+#[inline(always)]
+fn boxes<E: Wide>(e: E, block: &TriangleBlock) -> ([E::V; 3], [E::V; 3]) {
+    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &block.corners;
+    let ([lx, hx], [ly, hy], [lz, hz]) = (ends(e, ax, bx, cx), ends(e, ay, by, cy), ends(e, az, bz, cz));
+    ([lx, ly, lz], [hx, hy, hz])
+}
+
+/// The smallest and the largest of three numbers.
+#[inline(always)]
+fn ends<E: Wide>(e: E, a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [E::V; 2] {
+    let (a, b, c) = (e.load(a), e.load(b), e.load(c));
+    [e.min(e.min(a, b), c), e.max(e.max(a, b), c)]
+}
+
 /// Bounds of the depth at t.
 #[inline(always)]
 fn depth_at(origin: f64, direction: f64, sign: f64, t: f64) -> [f32; 2] {
@@ -283,10 +298,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
 
     #[inline(always)]
     fn cull<E: Wide>(&mut self, e: E, beam: &Beam<E>, block: u32) -> u32 {
-        let [a, b, c] = &self.blocks[block as usize].corners;
-        let lower = |axis: usize| e.min(e.min(e.load(&a[axis]), e.load(&b[axis])), e.load(&c[axis]));
-        let upper = |axis: usize| e.max(e.max(e.load(&a[axis]), e.load(&b[axis])), e.load(&c[axis]));
-        let (low, high) = ([lower(0), lower(1), lower(2)], [upper(0), upper(1), upper(2)]);
+        let (low, high) = boxes(e, &self.blocks[block as usize]);
         let size = e.max(e.max(e.sub(high[0], low[0]), e.sub(high[1], low[1])), e.sub(high[2], low[2]));
         e.store(e.mul_add(size, e.splat(self.slack[0]), e.splat(self.slack[1])), &mut self.block_slack);
         beam.meets(e, low, high)
@@ -328,15 +340,16 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 if mask == 0 {
                     continue;
                 }
-                let load = |row: &Row| w.load(&row.0[at..]);
-                let [slope, offset] = [&self.slope, &self.offset].map(|rows| [load(&rows[0]), load(&rows[1])]);
-                let end = load(&self.end[1]);
-                let ray = Sheared { slope, offset, start: load(&self.start[0]), end };
+                let slope = [self.slope[0].group(w, at), self.slope[1].group(w, at)];
+                let offset = [self.offset[0].group(w, at), self.offset[1].group(w, at)];
+                let end = self.end[1].group(w, at);
+                let ray = Sheared { slope, offset, start: self.start[0].group(w, at), end };
                 let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, bounds, slack, ray, mask) else {
                     continue;
                 };
-                let nearer = surely & w.lt(depth[1], load(&self.end[0])) & w.lt(load(&self.start[1]), depth[0]);
-                let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], load(&self.start[0])));
+                let nearer =
+                    surely & w.lt(depth[1], self.end[0].group(w, at)) & w.lt(self.start[1].group(w, at), depth[0]);
+                let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], self.start[0].group(w, at)));
                 let mut unclear = maybe & !nearer & !beyond;
                 if ANY_HIT {
                     ended |= u64::from(nearer) << at;
@@ -345,11 +358,12 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                     w.store(w.select(nearer, depth[0], w.load(&low.0[at..])), &mut low.0[at..]);
                     w.store(w.select(nearer, depth[1], end), &mut high.0[at..]);
                     let old = w.load(&slabs.limit.0[at..]);
-                    let limit = w.mul_sub(depth[1], w.abs(load(&slabs.reciprocal[kz])), load(&slabs.far[kz]));
+                    let limit =
+                        w.mul_sub(depth[1], w.abs(slabs.reciprocal[kz].group(w, at)), slabs.far[kz].group(w, at));
                     let limit = w.min(w.mul(limit, w.splat(1.0 + 8.0 * U as f32)), old);
                     w.store(w.select(nearer, limit, old), &mut slabs.limit.0[at..]);
                     self.exact &= !(u64::from(nearer) << at);
-                    let best = w.select(nearer, w.splat(f32::from_bits(code)), load(&self.best));
+                    let best = w.select(nearer, w.splat(f32::from_bits(code)), self.best.group(w, at));
                     w.store(best, &mut self.best.0[at..]);
                 }
                 while unclear != 0 {
@@ -374,9 +388,9 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             load_corner(e, b, self.axes, sign),
             load_corner(e, c, self.axes, sign),
         ];
-        let splat = |row: &Row| e.splat(row.0[i]);
-        let [slope, offset] = [&self.slope, &self.offset].map(|rows| [splat(&rows[0]), splat(&rows[1])]);
-        let ray = Sheared { slope, offset, start: splat(&self.start[0]), end: splat(&self.end[1]) };
+        let slope = [self.slope[0].one(e, i), self.slope[1].one(e, i)];
+        let offset = [self.offset[0].one(e, i), self.offset[1].one(e, i)];
+        let ray = Sheared { slope, offset, start: self.start[0].one(e, i), end: self.end[1].one(e, i) };
         let nearest = e.min(e.min(corners[0][2], corners[1][2]), corners[2][2]);
         let farthest = e.max(e.max(corners[0][2], corners[1][2]), corners[2][2]);
         let Some(verdict) = self.judge(e, corners, [nearest, farthest], None, ray, 0xff) else { return false };

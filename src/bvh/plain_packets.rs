@@ -1,7 +1,7 @@
 //! Rays that run alike against blocks of triangles, in f32.
 
 use super::TriangleHit;
-use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide, groups, ones};
 use super::triangles::TriangleBlock;
 use crate::geometry::Ray;
 
@@ -79,11 +79,6 @@ fn cross<W: Wide>(w: W, a: Three<W::V>, b: Three<W::V>) -> Three<W::V> {
         w.sub(w.mul(a[2], b[0]), w.mul(a[0], b[2])),
         w.sub(w.mul(a[0], b[1]), w.mul(a[1], b[0])),
     ]
-}
-
-#[inline(always)]
-fn load<W: Wide>(w: W, rows: &[Row; 3], at: usize) -> Three<W::V> {
-    [w.load(&rows[0].0[at..]), w.load(&rows[1].0[at..]), w.load(&rows[2].0[at..])]
 }
 
 #[inline(always)]
@@ -259,9 +254,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
                 if mask == 0 {
                     continue;
                 }
-                let row = |row: &Row| w.load(&row.0[at..]);
-                let limits = [row(&self.t_min), row(&self.t), row(&self.pad)];
-                let (o, d) = (load(w, &self.origin, at), load(w, &self.direction, at));
+                let limits = [self.t_min.group(w, at), self.t.group(w, at), self.pad.group(w, at)];
+                let (o, d) = (groups(w, &self.origin, at), groups(w, &self.direction, at));
                 let Some(mut hits) = meet(w, o, d, &triangle, limits, mask) else { continue };
                 if ANY_HIT {
                     ended |= u64::from(hits.lanes) << at;
@@ -297,12 +291,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             high[axis] = e.max(e.max(a[axis], b[axis]), c[axis]);
         }
         let triangle = Triangle { corner: a, sides: [sub(e, b, a), sub(e, c, a)], bounds: [low, high] };
-        let spread = |row: &Row| e.splat(row.0[i & (PACKET - 1)]);
-        let [ox, oy, oz] = &self.origin;
-        let [dx, dy, dz] = &self.direction;
-        let o = [spread(ox), spread(oy), spread(oz)];
-        let d = [spread(dx), spread(dy), spread(dz)];
-        let limits = [spread(&self.t_min), spread(&self.t), spread(&self.pad)];
+        let (o, d) = (ones(e, &self.origin, i), ones(e, &self.direction, i));
+        let limits = [self.t_min.one(e, i), self.t.one(e, i), self.pad.one(e, i)];
         let Some(mut hits) = meet(e, o, d, &triangle, limits, 0xff) else { return false };
         if ANY_HIT {
             return true;

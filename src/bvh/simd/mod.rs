@@ -27,7 +27,7 @@ pub use rays::{Doubles, Ends, Slabs, Together};
 pub use slab::SlabLanes;
 pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};
-pub use wide::{Row, Wide};
+pub use wide::{Row, Wide, groups, ones};
 
 use std::fmt;
 use std::str::FromStr;

@@ -7,7 +7,7 @@
 use super::beam::Beam;
 use super::rays::{Ends, Slabs, Together};
 use super::traverse::STACK;
-use super::wide::{Row, Wide};
+use super::wide::{Wide, ones};
 use super::{Isa, Portable};
 #[cfg(target_arch = "x86_64")]
 use super::{wide::Avx512, x86::Avx2};
@@ -351,16 +351,8 @@ fn walk<E: Wide, V: PacketVisitor>(
     ray: usize,
     from: Child,
 ) -> bool {
-    let splat = |row: &Row| e.splat(row.0[ray]);
-    let [rx, ry, rz] = &slabs.reciprocal;
-    let reciprocal = [splat(rx), splat(ry), splat(rz)];
-    let [rx, ry, rz] = &slabs.near_reciprocal;
-    let near_reciprocal = [splat(rx), splat(ry), splat(rz)];
-    let [x, y, z] = &slabs.near;
-    let near = [splat(x), splat(y), splat(z)];
-    let [x, y, z] = &slabs.far;
-    let far = [splat(x), splat(y), splat(z)];
-    let t_min = splat(&slabs.t_min);
+    let (reciprocal, near_reciprocal) = (ones(e, &slabs.reciprocal, ray), ones(e, &slabs.near_reciprocal, ray));
+    let (near, far, t_min) = (ones(e, &slabs.near, ray), ones(e, &slabs.far, ray), slabs.t_min.one(e, ray));
     // Distances are not negative: their bits compare as they do.
     let keyed = |distance: f32, child: Child| u64::from(distance.to_bits()) << 32 | u64::from(child.0);
     let mut stack = [MaybeUninit::<u64>::uninit(); STACK];
@@ -386,13 +378,14 @@ fn walk<E: Wide, V: PacketVisitor>(
         }
         // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).
         let node = unsafe { tree.nodes.get_unchecked(child.0 as usize) };
-        let rows = slabs.rows;
-        // SAFETY: rows are below 6 (`Beam::new`).
-        let plane = |row: usize| e.load(unsafe { node.planes.get_unchecked(row) });
-        let at_near = |k: usize| e.mul_sub(plane(rows[k]), near_reciprocal[k], near[k]);
-        let at_far = |k: usize| e.mul_sub(plane(rows[k] ^ 1), reciprocal[k], far[k]);
-        let enter = e.max(e.max(at_near(0), at_near(1)), e.max(at_near(2), t_min));
-        let exit = e.min(e.min(at_far(0), at_far(1)), e.min(at_far(2), e.splat(limit)));
+        let (mut enter, mut exit) = (t_min, e.splat(limit));
+        for axis in 0..3 {
+            let row = slabs.rows[axis];
+            // SAFETY: rows are below 6 (`Beam::new`).
+            let (first, last) = unsafe { (node.planes.get_unchecked(row), node.planes.get_unchecked(row ^ 1)) };
+            enter = e.max(e.mul_sub(e.load(first), near_reciprocal[axis], near[axis]), enter);
+            exit = e.min(e.mul_sub(e.load(last), reciprocal[axis], far[axis]), exit);
+        }
         let mut mask = e.le(enter, exit);
         if mask == 0 {
             continue;

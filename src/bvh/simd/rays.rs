@@ -192,15 +192,15 @@ impl Slabs {
     /// Which rays of the group that starts at place `at` meet a box, a bit each.
     #[inline(always)]
     pub fn meet<W: Wide>(&self, w: W, at: usize, planes: &[[f32; 8]; 6], child: usize) -> u32 {
-        let load = |row: &Row| w.load(&row.0[at..]);
-        let mut enter = load(&self.t_min);
-        let mut exit = load(&self.limit);
+        let mut enter = self.t_min.group(w, at);
+        let mut exit = self.limit.group(w, at);
         for axis in 0..3 {
             // SAFETY: rows are below 6 (`Beam::new`).
             let (near, far) =
                 unsafe { (planes.get_unchecked(self.rows[axis]), planes.get_unchecked(self.rows[axis] ^ 1)) };
-            let near = w.mul_sub(w.splat(near[child]), load(&self.near_reciprocal[axis]), load(&self.near[axis]));
-            let far = w.mul_sub(w.splat(far[child]), load(&self.reciprocal[axis]), load(&self.far[axis]));
+            let near =
+                w.mul_sub(w.splat(near[child]), self.near_reciprocal[axis].group(w, at), self.near[axis].group(w, at));
+            let far = w.mul_sub(w.splat(far[child]), self.reciprocal[axis].group(w, at), self.far[axis].group(w, at));
             (enter, exit) = (w.max(near, enter), w.min(far, exit));
         }
         w.le(enter, exit)

@@ -13,6 +13,30 @@ impl Row {
     pub const fn new(v: f32) -> Self {
         Self([v; PACKET])
     }
+
+    /// Those of the group of rays that starts at this place. (Functions in place of closures, which may not be inlined.)
+    #[inline(always)]
+    pub fn group<W: Wide>(&self, w: W, at: usize) -> W::V {
+        w.load(&self.0[at..])
+    }
+
+    /// That of one ray, in all lanes.
+    #[inline(always)]
+    pub fn one<W: Wide>(&self, w: W, ray: usize) -> W::V {
+        w.splat(self.0[ray & (PACKET - 1)])
+    }
+}
+
+/// Those of a group of rays, by axis.
+#[inline(always)]
+pub fn groups<W: Wide>(w: W, [x, y, z]: &[Row; 3], at: usize) -> [W::V; 3] {
+    [x.group(w, at), y.group(w, at), z.group(w, at)]
+}
+
+/// Those of one ray, by axis, each in all lanes.
+#[inline(always)]
+pub fn ones<W: Wide>(w: W, [x, y, z]: &[Row; 3], ray: usize) -> [W::V; 3] {
+    [x.one(w, ray), y.one(w, ray), z.one(w, ray)]
 }
 
 /// As [`Lanes`](super::Lanes), of any width; what lanes are compared for comes as bits, lane 0 lowest. Comparisons are false for NaN.
