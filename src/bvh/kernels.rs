@@ -2,7 +2,7 @@
 
 use super::simd::{Lanes, SlabLanes};
 use super::triangles::{BlockTest, MoellerTrumboreTest, PlainWoopTest, WatertightTest};
-use crate::geometry::{Classic, Fast, Kernels, PaddedSlab, PlainSlab, Reference, Robust, Slab, WideSlab};
+use crate::geometry::{Classic, Fast, Kernels, PaddedSlab, PlainSlab, Ray, Reference, Robust, Slab, WideSlab};
 
 /// Kernels for boxes and blocks of triangles that belong to a preset.
 pub trait TreeKernels: Kernels {
@@ -13,15 +13,25 @@ pub trait TreeKernels: Kernels {
     /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
     /// through the tree then, so that packets may take another one.
     const CONSERVATIVE: bool;
-    /// Whether packets of rays may share nodes: the boxes are those of [`PaddedSlab`].
-    const PACKETS: bool = false;
+    /// How rays that run alike meet triangles together, if they do.
+    const PACKETS: Option<Packets> = None;
+}
+
+/// Tests of many rays against triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Packets {
+    /// What each ray finds alone, to the last bit.
+    Watertight,
+    /// In f32. A hit counts where it lies in the triangle's box, so that what is found depends on the ray alone; a ray that is not in a
+    /// packet may find something else where it grazes.
+    MoellerTrumbore,
 }
 
 impl TreeKernels for Robust {
     type Boxes = PaddedSlab;
     type Triangles = WatertightTest;
     const CONSERVATIVE: bool = true;
-    const PACKETS: bool = true;
+    const PACKETS: Option<Packets> = Some(Packets::Watertight);
 }
 
 impl TreeKernels for Reference {
@@ -34,6 +44,7 @@ impl TreeKernels for Fast {
     type Boxes = PlainSlab;
     type Triangles = MoellerTrumboreTest<false>;
     const CONSERVATIVE: bool = false;
+    const PACKETS: Option<Packets> = Some(Packets::MoellerTrumbore);
 }
 
 impl TreeKernels for Classic {
@@ -46,6 +57,13 @@ impl TreeKernels for Classic {
 pub trait BoxTest: Slab {
     /// The ray's numbers, spread over lanes.
     type Prepared<L: Lanes>: Copy;
+
+    /// [`Slab::new`] in registers, where that is quicker. It is for [`PaddedSlab`]: 7 % of robust rays. Neither for [`PlainSlab`] nor for
+    /// the ray of the triangle tests.
+    #[inline(always)]
+    fn of<L: Lanes>(_lanes: L, ray: &Ray, extent: f64) -> Self {
+        Self::new(ray, extent)
+    }
 
     /// Spreads the ray over lanes.
     fn prepare<L: Lanes>(&self, lanes: L) -> Self::Prepared<L>;
@@ -64,6 +82,12 @@ impl BoxTest for PaddedSlab {
     type Prepared<L: Lanes> = SlabLanes<L>;
 
     #[inline(always)]
+    fn of<L: Lanes>(lanes: L, ray: &Ray, extent: f64) -> Self {
+        let (o, d) = (ray.origin, ray.direction);
+        Self::with(ray, lanes.four([o.x, o.y, o.z, 0.0]), lanes.four([d.x, d.y, d.z, 0.0]), extent)
+    }
+
+    #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
         SlabLanes::new(lanes, [self.near_reciprocal, self.near], [self.reciprocal, self.far], self.t_min)
     }
@@ -78,7 +102,9 @@ impl BoxTest for PlainSlab {
 
     #[inline(always)]
     fn prepare<L: Lanes>(&self, lanes: L) -> SlabLanes<L> {
-        let planes = [self.reciprocal, self.offset];
+        let [x, y, z] = self.reciprocal;
+        let [p, q, r] = self.offset;
+        let planes = [[x, y, z, 0.0], [p, q, r, 0.0]];
         SlabLanes::new(lanes, planes, planes, self.t_min)
     }
     #[inline(always)]

@@ -287,8 +287,8 @@ impl Worker {
     }
 
     fn tracer(&self) -> Tracer<'_> {
-        let Shared { scene, sampler, filter, control, .. } = &*self.shared;
-        Tracer { scene, sampler: *sampler, filter: *filter, control }
+        let Shared { scene, sampler, filter, control, target, .. } = &*self.shared;
+        Tracer { scene, sampler: *sampler, filter: *filter, control, differences: target.is_some() }
     }
 
     /// Traces the first pass of some tiles.

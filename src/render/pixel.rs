@@ -18,6 +18,9 @@ pub(super) struct Pixel {
     count: u32,
     /// Samples traced: the index of the next.
     traced: u32,
+    /// Sum of the weights of paths that were not followed.
+    cut: f32,
+    // What follows is known only if it is noted.
     /// Sum of squared differences from the mean, by channel (Welford).
     squares: [f32; 3],
     /// The same of the brightness.
@@ -27,8 +30,6 @@ pub(super) struct Pixel {
     /// Ray tree of the first sample, and whether others differ.
     tree: u32,
     mixed: bool,
-    /// Sum of the weights of paths that were not followed.
-    cut: f32,
     /// About the rays of all samples.
     cost: u32,
     /// Expected squared error by its own samples (0 with one sample).
@@ -50,23 +51,30 @@ const BELIEF: f64 = 3.0;
 impl Pixel {
     /// Adds the next sample; whether it is finite. Others are counted and left out.
     pub fn add(&mut self, sample: &Sample) -> bool {
-        let index = self.traced;
         self.traced += 1;
+        self.cut += sample.cut as f32;
+        let is_finite = sample.radiance.is_finite();
+        if is_finite {
+            self.sum += sample.radiance;
+            self.count += 1;
+        }
+        is_finite
+    }
+
+    /// Notes how the next sample differs from those before, which only refinement asks for; to be called before it is added.
+    pub fn note(&mut self, sample: &Sample) {
+        let (index, x) = (self.traced, sample.radiance);
         if index == 0 {
             self.tree = sample.tree;
         }
         self.mixed |= sample.tree != self.tree;
-        self.cut += sample.cut as f32;
         self.cost = self.cost.saturating_add(sample.cost);
-        let x = sample.radiance;
         if !x.is_finite() {
-            return false;
+            return;
         }
-        let before = self.sum / f64::from(self.count.max(1));
-        self.sum += x;
-        self.count += 1;
-        let after = self.sum / f64::from(self.count);
-        if self.count > 1 {
+        if self.count > 0 {
+            let before = self.sum / f64::from(self.count);
+            let after = (self.sum + x) / f64::from(self.count + 1);
             let product = |x: f64, before: f64, after: f64| ((x - before) * (x - after)) as f32;
             self.squares[0] += product(x.r, before.r, after.r);
             self.squares[1] += product(x.g, before.g, after.g);
@@ -79,7 +87,6 @@ impl Pixel {
             self.blocks = [a + b, c + d, 0.0, 0.0];
         }
         self.blocks[(index / block_size(index)) as usize] += brightness(x) as f32;
-        true
     }
 
     /// Samples traced.

@@ -81,6 +81,8 @@ pub(super) struct Tracer<'a> {
     /// How samples are spread over a pixel; `None`: all in its middle.
     pub filter: Option<Filter>,
     pub control: &'a Control,
+    /// Whether it is to be known how the samples of a pixel differ.
+    pub differences: bool,
 }
 
 /// How tracing ended.
@@ -288,19 +290,20 @@ impl Tile {
     }
 
     /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too; and how
-    /// the sum of their squares has changed. The pixels' own variances only tell how it is shared among them.
+    /// the sum of their squares has changed.
     pub(super) fn own_errors(&mut self, batch: &Batch, pass: Pass) -> Option<(ErrorChange, Vec<f32>)> {
         let Pass::Refine { from, to } = pass else { return None };
         if batch.looks.is_empty() {
             return None;
         }
-        let changes = self.pixels.iter().zip(&batch.looks).map(|(pixel, before)| before.distance2(Look::of(pixel)));
         let gained = share_gained(from, to);
-        let now = changes.sum::<f64>() / gained * (1.0 - gained);
-        let change = ErrorChange { before: self.told.replace(now), now };
-        let variances = || self.pixels.iter().map(Pixel::variance);
-        let scale = now / variances().sum::<f64>().max(1e-9);
-        Some((change, variances().map(|variance| (variance * scale).sqrt() as f32).collect()))
+        let (mut now, mut errors) = (0.0, Vec::with_capacity(self.pixels.len()));
+        for (pixel, before) in self.pixels.iter().zip(&batch.looks) {
+            let error2 = before.distance2(Look::of(pixel)) / gained * (1.0 - gained);
+            now += error2;
+            errors.push(error2.sqrt() as f32);
+        }
+        Some((ErrorChange { before: self.told.replace(now), now }, errors))
     }
 
     /// The pixels as they are known: those of the finest lattice so far, each the mean of its samples.
@@ -364,7 +367,7 @@ impl Work<'_> {
 
     /// Traces the samples that wait, and adds them in their order.
     fn trace(&mut self, tiles: &mut [Tile]) -> Traced {
-        let Self { tracer: Tracer { scene, sampler, control, .. }, batch, stats, start } = self;
+        let Self { tracer: Tracer { scene, sampler, control, differences, .. }, batch, stats, start } = self;
         batch.samples.resize(batch.points.len(), Sample::default());
         stats.rays += loop {
             control.look_at_the_clock();
@@ -385,7 +388,11 @@ impl Work<'_> {
         };
         stats.samples += batch.points.len() as u64;
         for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {
-            if !tiles[tile as usize].pixels[at as usize].add(sample) {
+            let pixel = &mut tiles[tile as usize].pixels[at as usize];
+            if *differences {
+                pixel.note(sample);
+            }
+            if !pixel.add(sample) {
                 stats.non_finite += 1;
             }
             stats.overfull += u64::from(sample.overfull);
@@ -396,8 +403,8 @@ impl Work<'_> {
     }
 }
 
-/// Where on the film sample `index` of a pixel is; without a filter in the pixel's middle.
-pub(super) fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
+/// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the pixel's middle.
+pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {
         None => (0.5, 0.5),
