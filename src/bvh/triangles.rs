@@ -235,7 +235,7 @@ impl BlockTest for WatertightTest {
         let origin_size = ray.origin.abs().max_element();
         // Beyond 1e7 extents the bound does not hold, and f32 products overflow and underflow beyond these: every lane goes to the f64
         // test.
-        let holds = (origin_size <= 1e7 * extent) & (extent <= 1e15) & (extent >= 1e-15);
+        let holds = (origin_size <= 1e7 * extent) & (1e-15..=1e15).contains(&extent);
         let direction_z = ray.direction.to_array()[exact.axes[2]];
         // Rounding of t dz and of the sum, and to f32 of what is not beyond the tree. What is beyond it stays there.
         let pad = (8e-15 * (oz.abs() + extent) + 1.3e-7 * extent).copysign(direction_z);
