@@ -1,7 +1,7 @@
 //! The triangle kernels of every instruction set against the all-f64 yardstick and against brute force, bit for bit.
 
 use glam::{DVec3, Vec3};
-use glimt::bvh::{Isa, Lanes, LeafVisitor, PACKET, TreeKernels, TriangleHit, Triangles};
+use glimt::bvh::{Isa, PACKET, TreeKernels, TriangleHit, Triangles};
 use glimt::geometry::{Fast, Ray, Reference, Robust, TriangleRay};
 use glimt::math::SplitMix64;
 use std::num::NonZeroUsize;
@@ -235,25 +235,6 @@ fn alike(triangles: &Corners, size: f64, rng: &mut SplitMix64) -> Vec<Ray> {
         .collect()
 }
 
-/// Visits everything.
-struct Nothing;
-
-impl LeafVisitor for Nothing {
-    type Source = ();
-    type Found = ();
-    const ANY_HIT: bool = false;
-
-    fn new((): (), _ray: &Ray) -> Self {
-        Self
-    }
-
-    fn visit<L: Lanes>(&mut self, _lanes: L, _block: u32, _t_max: &mut f64) -> bool {
-        false
-    }
-
-    fn found(self, _ended: bool) {}
-}
-
 #[test]
 fn rays_that_run_alike_meet_together_what_each_meets_alone() {
     let mut rng = SplitMix64(33);
@@ -266,7 +247,8 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
             let rays = alike(&triangles, size, &mut rng);
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
+                let left = tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
+                together += usize::from(left.count_ones() < rays.len() as u32);
                 tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
@@ -274,10 +256,81 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
                     assert_eq!(occluded[k], alone.is_some(), "{what} {i} {k} {} {ray:?}", isa.name());
                     hits += usize::from(alone.is_some());
                 }
-                together += usize::from(tree.tree().traverse_packet(&rays, &[(); PACKET], |_, _, _: Nothing| ()));
             }
         }
         assert!(together > packets * trees.len() / 10, "{together} packets went together through {what}");
         assert!(hits > packets * trees.len(), "{hits} hits with {what}");
+    }
+}
+
+#[test]
+fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_set() {
+    let mut rng = SplitMix64(34);
+    for (what, triangles, size) in
+        [("soup", soup(2_000, &mut rng), 1.0), ("sphere", icosphere(4, 1e-3), 1e-3), ("one", soup(1, &mut rng), 1.0)]
+    {
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        let (mut hits, mut differ) = (0, 0);
+        for i in 0..500 {
+            let rays = alike(&triangles, size, &mut rng);
+            let mut alone = vec![];
+            for ray in &rays {
+                let (mut hit, mut any) = (None, false);
+                trees[0].1.intersect_packet::<Fast>(&[*ray], |_, found| hit = found);
+                trees[0].1.occluded_packet::<Fast>(&[*ray], |_, found| any = found);
+                assert_eq!(any, hit.is_some(), "{what} {i} {ray:?}");
+                differ += usize::from(bits(hit) != bits(trees[0].1.intersect::<Fast>(ray)));
+                hits += usize::from(any);
+                alone.push(bits(hit));
+            }
+            for (isa, tree) in &trees {
+                for start in [0, rays.len() / 3] {
+                    let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+                    tree.intersect_packet::<Fast>(&rays[start..], |k, hit| found[start + k] = hit);
+                    tree.occluded_packet::<Fast>(&rays[start..], |k, any| occluded[start + k] = any);
+                    for (k, ray) in rays.iter().enumerate().skip(start) {
+                        assert_eq!(bits(found[k]), alone[k], "{what} {i} {k} {} {ray:?}", isa.name());
+                        assert_eq!(occluded[k], alone[k].is_some(), "{what} {i} {k} {} {ray:?}", isa.name());
+                    }
+                }
+            }
+        }
+        println!("{differ} of {hits} hits with {what} are others where rays are traced one by one");
+        assert!(hits > 500 && differ * 4 < hits, "{differ} of {hits} hits with {what} are others one by one");
+    }
+}
+
+/// Their edge functions are nothing but rounding for rays beside them.
+#[test]
+fn triangles_seen_edge_on_are_met_together_as_alone() {
+    let mut rng = SplitMix64(35);
+    for _ in 0..20 {
+        let eye = unit(&mut rng) * 2.0;
+        let triangles: Corners = (0..500)
+            .map(|_| {
+                // In a plane that holds the eye, up to rounding.
+                let (along, across) = (unit(&mut rng) * 1e-1 - eye, unit(&mut rng));
+                let size = 10f64.powf(rng.range(-6.0, -1.0));
+                let (at, across) = (rng.range(0.8, 1.2), across * size);
+                let depth = size * rng.range(0.0, 0.3);
+                let point = |depth: f64, aside: f64| (eye + along * (at + depth) + across * aside).as_vec3();
+                [point(0.0, 0.0), point(depth, rng.unit()), point(-depth, rng.unit() * 0.5)]
+            })
+            .collect();
+        let trees: Vec<_> = available().map(|isa| (isa, build(&triangles, isa))).collect();
+        for i in 0..50 {
+            let (middle, spread) = (unit(&mut rng) * rng.unit(), 10f64.powf(rng.range(-3.0, -0.3)));
+            let rays: Vec<Ray> = (0..PACKET).map(|_| Ray::new(eye, middle + unit(&mut rng) * spread - eye)).collect();
+            for (isa, tree) in &trees {
+                let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+                tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
+                tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
+                for (k, ray) in rays.iter().enumerate() {
+                    let alone = tree.intersect::<Robust>(ray);
+                    assert_eq!(bits(found[k]), bits(alone), "{i} {k} {} {ray:?}", isa.name());
+                    assert_eq!(occluded[k], alone.is_some(), "{i} {k} {} {ray:?}", isa.name());
+                }
+            }
+        }
     }
 }

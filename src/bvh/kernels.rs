@@ -13,15 +13,25 @@ pub trait TreeKernels: Kernels {
     /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
     /// through the tree then, so that packets may take another one.
     const CONSERVATIVE: bool;
-    /// Whether packets of rays may share nodes: the boxes are those of [`PaddedSlab`].
-    const PACKETS: bool = false;
+    /// How rays that run alike meet triangles together, if they do.
+    const PACKETS: Option<Packets> = None;
+}
+
+/// Tests of many rays against triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Packets {
+    /// What each ray finds alone, to the last bit.
+    Watertight,
+    /// In f32. A hit counts where it lies in the triangle's box, so that what is found depends on the ray alone; a ray that is not in a
+    /// packet may find something else where it grazes.
+    MoellerTrumbore,
 }
 
 impl TreeKernels for Robust {
     type Boxes = PaddedSlab;
     type Triangles = WatertightTest;
     const CONSERVATIVE: bool = true;
-    const PACKETS: bool = true;
+    const PACKETS: Option<Packets> = Some(Packets::Watertight);
 }
 
 impl TreeKernels for Reference {
@@ -34,6 +44,7 @@ impl TreeKernels for Fast {
     type Boxes = PlainSlab;
     type Triangles = MoellerTrumboreTest<false>;
     const CONSERVATIVE: bool = false;
+    const PACKETS: Option<Packets> = Some(Packets::MoellerTrumbore);
 }
 
 impl TreeKernels for Classic {

@@ -11,11 +11,13 @@ mod build;
 mod collapse;
 mod kernels;
 mod overlap;
+mod packets;
+mod plain_packets;
 mod simd;
 mod split;
 mod triangles;
 
-pub use kernels::{BoxTest, TreeKernels};
+pub use kernels::{BoxTest, Packets, TreeKernels};
 pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, PACKET, Task};
 pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
 

@@ -1,7 +1,9 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
+use super::packets::WatertightPacket;
+use super::plain_packets::MoellerTrumborePacket;
 use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
-use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, TreeKernels};
+use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, Packets, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
 use std::num::NonZeroUsize;
@@ -11,11 +13,23 @@ use std::num::NonZeroUsize;
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
-    corners: [[[f32; 8]; 3]; 3],
-    ids: [u32; 8],
+    pub(super) corners: [[[f32; 8]; 3]; 3],
+    pub(super) ids: [u32; 8],
 }
 
 impl TriangleBlock {
+    /// The corners of a lane's triangle, their coordinates in the given order of axes.
+    #[inline(always)]
+    pub(super) fn corners(&self, lane: usize, [x, y, z]: [usize; 3]) -> [[f32; 3]; 3] {
+        let lane = lane & 7;
+        let [a, b, c] = &self.corners;
+        [
+            [a[x][lane], a[y][lane], a[z][lane]],
+            [b[x][lane], b[y][lane], b[z][lane]],
+            [c[x][lane], c[y][lane], c[z][lane]],
+        ]
+    }
+
     /// The corners of a lane's triangle, axis by axis in the given order; the fourth numbers are 0.
     #[inline(always)]
     fn triangle<L: Lanes>(&self, lanes: L, lane: usize, [x, y, z]: [usize; 3]) -> [L::F; 3] {
@@ -98,24 +112,43 @@ impl Triangles {
     }
 
     /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it; quicker where up to [`PACKET`] rays
-    /// run alike.
-    pub fn intersect_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, Option<TriangleHit>)) {
-        let take = |i: usize, _, visitor: Visitor<'_, K::Triangles, false>| found(i, visitor.best);
-        if !(K::PACKETS && self.tree.traverse_packet(rays, &[self; PACKET], take)) {
-            for (i, ray) in rays.iter().enumerate() {
-                found(i, self.intersect::<K>(ray));
+    /// run alike: whether they did.
+    pub fn intersect_packet<K: TreeKernels>(
+        &self,
+        rays: &[Ray],
+        mut found: impl FnMut(usize, Option<TriangleHit>),
+    ) -> u64 {
+        let left = match K::PACKETS {
+            None => u64::MAX,
+            Some(Packets::Watertight) => {
+                self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found)
             }
+            Some(Packets::MoellerTrumbore) => {
+                self.tree.traverse_packet::<MoellerTrumborePacket<false>>(rays, &self.blocks, &mut found)
+            }
+        };
+        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
+            found(i, self.intersect::<K>(ray));
         }
+        left
     }
 
     /// The same with [`Triangles::occluded`].
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) {
-        let take = |i: usize, ended, _: Visitor<'_, K::Triangles, true>| found(i, ended);
-        if !(K::PACKETS && self.tree.traverse_packet(rays, &[self; PACKET], take)) {
-            for (i, ray) in rays.iter().enumerate() {
-                found(i, self.occluded::<K>(ray));
+    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> u64 {
+        let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
+        let left = match K::PACKETS {
+            None => u64::MAX,
+            Some(Packets::Watertight) => {
+                self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any)
             }
+            Some(Packets::MoellerTrumbore) => {
+                self.tree.traverse_packet::<MoellerTrumborePacket<true>>(rays, &self.blocks, &mut any)
+            }
+        };
+        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
+            found(i, self.occluded::<K>(ray));
         }
+        left
     }
 }
 

@@ -41,11 +41,24 @@ impl TriangleRay {
         Self { axes, origin: [o[x], o[y], o[z]], shear: [d[x] * inverse, d[y] * inverse, inverse], t_min: ray.t_min }
     }
 
+    /// Of the numbers that [`TriangleRay::new`] finds.
+    #[inline(always)]
+    pub fn from_parts(axes: [usize; 3], origin: [f64; 3], shear: [f64; 3], t_min: f64) -> Self {
+        Self { axes, origin, shear, t_min }
+    }
+
     /// [`TriangleRay::intersect_corners`] for corners in the order of space.
     #[inline(always)]
     pub fn intersect(&self, [a, b, c]: &[Vec3; 3], t_max: f64) -> Option<(f64, f64, f64)> {
         let axis = |k: usize| DVec4::new(a[k].into(), b[k].into(), c[k].into(), 0.0);
         self.intersect_corners(self.axes.map(axis), t_max)
+    }
+
+    /// [`TriangleRay::intersect_corners`] for corners that have their coordinates in the order of `axes`.
+    #[inline(always)]
+    pub fn intersect_permuted(&self, [a, b, c]: [[f32; 3]; 3], t_max: f64) -> Option<(f64, f64, f64)> {
+        let axis = |k: usize| DVec4::new(a[k].into(), b[k].into(), c[k].into(), 0.0);
+        self.intersect_corners([axis(0), axis(1), axis(2)], t_max)
     }
 
     /// `(t, u, v)` of the hit with t_min < t <= `t_max`, where u and v are the weights of the second and third corner. Takes the x of

@@ -1,7 +1,7 @@
 //! glimt's triangle kernels as a contestant of an interleaved comparison: builds a tree over a mesh once, then answers
 //! `trace RAYS MODE DUMP` on stdin with `OK nanoseconds rays hits sum-of-t`, in CPU time of this thread.
 //!
-//! Arguments: instruction set (or `best`), threads for the build, mesh file. Modes: `robust`, `robust-packets`, `fast`, `reference`.
+//! Arguments: instruction set (or `best`), threads for the build, mesh file. Modes: `robust`, `robust-packets`, `fast`, `fast-packets`, `reference`.
 //! Files: a mesh is "KMSH", counts of vertices and triangles and a pad as u32, then f32 positions and u32 indices; rays are
 //! "KRAY", count, kind (1: any hit), pad, then eight f32 a ray: origin, t_min, direction, t_max.
 
@@ -82,7 +82,7 @@ fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool,
     }
 }
 
-fn main() {
+pub fn main() {
     let args: Vec<String> = std::env::args().filter(|a| a != "--bench").collect();
     let [_, isa, threads, mesh] = &args[..] else { return eprintln!("usage: kernel_bench ISA THREADS MESH") };
     let isa = Isa::ALL.into_iter().find(|i| i.name() == isa).unwrap_or_else(Isa::best);
@@ -111,6 +111,7 @@ fn main() {
                     "robust" => trace::<Robust>(&tree, rays, *any, &mut out),
                     "robust-packets" => trace_packets::<Robust>(&tree, rays, *any, &mut out),
                     "fast" => trace::<Fast>(&tree, rays, *any, &mut out),
+                    "fast-packets" => trace_packets::<Fast>(&tree, rays, *any, &mut out),
                     "reference" => trace::<Reference>(&tree, rays, *any, &mut out),
                     _ => {
                         println!("NO");

@@ -5,23 +5,29 @@
 //! an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the feature and
 //! run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
 
+mod beam;
 mod bins;
 mod buffer;
 mod packet;
 mod portable;
+mod rays;
 mod slab;
 mod task;
 mod traverse;
+mod wide;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use beam::Beam;
 pub use bins::add;
 pub use buffer::filled;
-pub use packet::PACKET;
+pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
+pub use rays::{Doubles, Ends, Slabs, Together};
 pub use slab::SlabLanes;
 pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};
+pub use wide::{Row, Wide, groups, ones};
 
 use crate::math::Four;
 use std::fmt;
@@ -42,10 +48,10 @@ impl Isa {
     /// All of them, the plainest first.
     pub const ALL: [Isa; 3] = [Isa::Portable, Isa::Avx2, Isa::Avx512];
 
-    /// The one that traces fastest on this processor. AVX2 also where there is AVX-512: the same source compiled with
-    /// AVX-512VL took 1.08 to 1.30 times as long for single rays (Zen 4, blobs100k and interior).
+    /// The one that traces fastest on this processor. Packets and loops over rays are written for sixteen lanes; single rays take
+    /// the code of AVX2 also where there is AVX-512 (see [`Bvh::traverse`](crate::bvh::Bvh::traverse)).
     pub fn best() -> Self {
-        if Isa::Avx2.is_available() { Isa::Avx2 } else { Isa::Portable }
+        Isa::ALL.into_iter().rev().find(|isa| isa.is_available()).unwrap_or(Isa::Portable)
     }
 
     /// Whether this processor has it.

@@ -1,0 +1,496 @@
+//! Rays that run alike against blocks of triangles.
+
+#![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
+
+use super::TriangleHit;
+use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
+use super::triangles::TriangleBlock;
+use crate::geometry::{Ray, TriangleRay};
+
+/// Unit roundoff of f32.
+const U: f64 = 1.0 / 16_777_216.0;
+
+/// Stands for no triangle: more than any code.
+const NONE: u32 = 1 << 30;
+
+/// The bits of [`WatertightTest`](super::WatertightTest), with few f64 operations.
+pub struct WatertightPacket<'a, const ANY_HIT: bool> {
+    blocks: &'a [TriangleBlock],
+    /// The axes called x, y and z here, the same for all rays: z is the one along which they run most.
+    axes: [usize; 3],
+    /// 1 where they run toward larger z, else -1: what is called depth is z times this.
+    sign: f32,
+    /// (dx / dz, dy / dz) times the sign.
+    slope: [Row; 2],
+    /// Where the line of a ray meets depth 0, negated.
+    offset: [Row; 2],
+    /// Depth at t_min: not more than, not less than.
+    start: [Row; 2],
+    /// Depth at the nearest hit so far, or at t_max: not more than, not less than.
+    end: [Row; 2],
+    /// Error of edge functions: the first times the largest side of the triangle's box, plus the second.
+    slack: [f32; 2],
+    /// The same with the largest coordinate M of the sheared triangle, where that is no more than the last number.
+    slack_of_m: [f32; 2],
+    largest_m: f32,
+    /// Error for the triangles of the block in question.
+    block_slack: [f32; 8],
+    /// Error of depths where edge functions have none.
+    blur: f32,
+    /// Eight times the block, plus the slot, of the nearest hit so far, as bits of f32 (below 2).
+    best: Row,
+    /// Rays whose nearest hit's t is known.
+    exact: u64,
+    t: [f64; PACKET],
+    /// As in [`TriangleRay`], but for the axes above.
+    shear: [Doubles; 3],
+    /// Whether the axes are those of each ray alone.
+    same_axes: bool,
+}
+
+/// What f32 can tell of a ray and a triangle.
+struct Verdict<V> {
+    /// Lanes where they may meet.
+    maybe: u32,
+    /// Lanes where they do, if depth allows.
+    surely: u32,
+    /// Bounds of the depth where they do.
+    depth: [V; 2],
+}
+
+/// The numbers of a ray, or of several.
+struct Sheared<V> {
+    slope: [V; 2],
+    offset: [V; 2],
+    start: V,
+    end: V,
+}
+
+impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
+    /// What f32 tells of corners (x, y and depth of each), which lie between two depths. `slack`: error of their edge functions where the
+    /// ray meets them, if that is known.
+    ///
+    /// The bound is that of [`WatertightTest`](super::triangles::WatertightTest) with slopes up to s in place of 1. With u = 2^-24, R the
+    /// extent and d = (7 + 6s)uR: slope and product suR each, difference and constant (1 + s)uR each, sum 2(1 + s)uR, together
+    /// (4 + 6s)uR and room for the f64 test's own rounding and for that of another axis (|o| <= 8R). An edge function of coordinates
+    /// up to M <= 2(1 + s)R is off by at most 4dM + 2d² + 4u(M + d)² < M(4d + 8(1 + s)uR) + 6d². Where the ray meets a triangle whose box
+    /// has sides up to L, M is at most (1 + s)L + 2d, so `slack` need not be found for each ray. But where it does not, the edge functions of a
+    /// triangle seen edge-on may be nothing but rounding: only with the ray's own M do they prove a hit.
+    ///
+    /// Weights off by `error` of their sum shift the depth, a mean of the corners' depths, by no more than three times that part of
+    /// their range; `blur` is for the rounding of the mean.
+    #[inline(always)]
+    fn judge<W: Wide>(
+        &self,
+        w: W,
+        [a, b, c]: [[W::V; 3]; 3],
+        [nearest, farthest]: [W::V; 2],
+        slack: Option<W::V>,
+        ray: Sheared<W::V>,
+        mask: u32,
+    ) -> Option<Verdict<W::V>> {
+        let ([sx, sy], [ox, oy]) = (ray.slope, ray.offset);
+        let mut maybe = mask & w.le(ray.start, farthest) & w.le(nearest, ray.end);
+        if maybe == 0 {
+            return None;
+        }
+        let ax = w.add(w.neg_mul_add(a[2], sx, a[0]), ox);
+        let bx = w.add(w.neg_mul_add(b[2], sx, b[0]), ox);
+        let cx = w.add(w.neg_mul_add(c[2], sx, c[0]), ox);
+        let ay = w.add(w.neg_mul_add(a[2], sy, a[1]), oy);
+        let by = w.add(w.neg_mul_add(b[2], sy, b[1]), oy);
+        let cy = w.add(w.neg_mul_add(c[2], sy, c[1]), oy);
+        let u = w.mul_sub(cx, by, w.mul(cy, bx));
+        let v = w.mul_sub(ax, cy, w.mul(ay, cx));
+        let x = w.mul_sub(bx, ay, w.mul(by, ax));
+        let low = w.min(w.min(u, v), x);
+        let high = w.max(w.max(u, v), x);
+        let zero = w.splat(0.0);
+        let inside = w.max(low, w.sub(zero, high));
+        if let Some(slack) = slack {
+            maybe &= w.le(w.sub(zero, slack), inside);
+            if maybe == 0 {
+                return None;
+            }
+        }
+        let size_x = w.max(w.max(w.abs(ax), w.abs(bx)), w.abs(cx));
+        let size_y = w.max(w.max(w.abs(ay), w.abs(by)), w.abs(cy));
+        let size = w.max(size_x, size_y);
+        let slack = w.mul_add(size, w.splat(self.slack_of_m[0]), w.splat(self.slack_of_m[1]));
+        let maybe = maybe & w.le(w.sub(zero, slack), inside);
+        if maybe == 0 {
+            return None;
+        }
+        let surely = maybe & w.lt(slack, inside) & w.le(size, w.splat(self.largest_m));
+        let inverse = w.div(w.splat(1.0), w.add(w.add(u, v), x));
+        let at = w.mul_add(u, a[2], w.mul_add(v, b[2], w.mul(x, c[2])));
+        let at = w.mul(at, inverse);
+        let part = w.mul(w.mul(slack, w.abs(inverse)), w.splat(3.1));
+        let error = w.mul_add(part, w.sub(farthest, nearest), w.splat(self.blur));
+        Some(Verdict { maybe, surely, depth: [w.sub(at, error), w.add(at, error)] })
+    }
+
+    /// The f64 test of one ray and one triangle: keeps the hit if it is the nearest. True if there is one.
+    #[inline(always)]
+    fn settle(&mut self, together: &Together, slabs: &mut Slabs, i: usize, code: u32) -> bool {
+        let ray = together.ray(i);
+        let exact = TriangleRay::new(&ray);
+        let old = self.best.0[i].to_bits();
+        let t_max = if old == NONE {
+            ray.t_max
+        } else if self.exact >> i & 1 != 0 {
+            self.t[i]
+        } else {
+            match exact.intersect_permuted(self.corners(old, exact.axes), ray.t_max) {
+                Some((t, _, _)) => t,
+                None => ray.t_max,
+            }
+        };
+        let corners = self.corners(code, exact.axes);
+        let Some((t, _, _)) = exact.intersect_permuted(corners, t_max) else { return false };
+        if t < t_max || old == NONE || self.id(code) < self.id(old) {
+            (self.best.0[i], self.t[i]) = (f32::from_bits(code), t);
+            self.exact |= 1 << i;
+            let [.., z] = self.axes;
+            let end = depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t);
+            (self.end[0].0[i], self.end[1].0[i]) = (end[0], end[1]);
+            let limit = (t * (1.0 + 4.0 * U)) as f32;
+            slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn corners(&self, code: u32, axes: [usize; 3]) -> [[f32; 3]; 3] {
+        self.blocks[(code >> 3) as usize].corners(code as usize & 7, axes)
+    }
+
+    #[inline(always)]
+    fn id(&self, code: u32) -> u32 {
+        self.blocks[(code >> 3) as usize].ids[code as usize & 7]
+    }
+}
+
+/// A corner of one triangle in all lanes: x, y and depth.
+#[inline(always)]
+fn spread<W: Wide>(w: W, corner: &[[f32; 8]; 3], [x, y, z]: [usize; 3], sign: f32, slot: usize) -> [W::V; 3] {
+    [w.splat(corner[x][slot & 7]), w.splat(corner[y][slot & 7]), w.splat(corner[z][slot & 7] * sign)]
+}
+
+/// A corner of eight triangles: x, y and depth.
+#[inline(always)]
+fn load_corner<E: Wide>(e: E, corner: &[[f32; 8]; 3], [x, y, z]: [usize; 3], sign: E::V) -> [E::V; 3] {
+    [e.load(&corner[x]), e.load(&corner[y]), e.mul(e.load(&corner[z]), sign)]
+}
+
+/// Boxes of eight triangles.
+#[inline(always)]
+fn boxes<E: Wide>(e: E, block: &TriangleBlock) -> ([E::V; 3], [E::V; 3]) {
+    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &block.corners;
+    let ([lx, hx], [ly, hy], [lz, hz]) = (ends(e, ax, bx, cx), ends(e, ay, by, cy), ends(e, az, bz, cz));
+    ([lx, ly, lz], [hx, hy, hz])
+}
+
+/// The smallest and the largest of three numbers.
+#[inline(always)]
+fn ends<E: Wide>(e: E, a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [E::V; 2] {
+    let (a, b, c) = (e.load(a), e.load(b), e.load(c));
+    [e.min(e.min(a, b), c), e.max(e.max(a, b), c)]
+}
+
+/// Bounds of the depth at t.
+#[inline(always)]
+fn depth_at(origin: f64, direction: f64, sign: f64, t: f64) -> [f32; 2] {
+    let depth = (origin + t * direction) * sign;
+    // Beyond everything, and finite.
+    let depth = if depth > 1e30 { 1e30 } else { depth };
+    let depth = if depth < -1e30 { -1e30 } else { depth };
+    let pad = depth.abs() * 1.3e-7 + 1e-14 * origin.abs() + 1e-30;
+    [(depth - pad) as f32, (depth + pad) as f32]
+}
+
+impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
+    type Source = &'a [TriangleBlock];
+    type Found = Option<TriangleHit>;
+    const ANY_HIT: bool = ANY_HIT;
+    const LEAST: u32 = 9;
+    const SLACK: f32 = 0.0;
+
+    #[inline(always)]
+    fn is_fit(_ray: &Ray, _extent: f64) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn new(blocks: &'a [TriangleBlock]) -> Self {
+        let row = Row::new(0.0);
+        Self {
+            blocks,
+            axes: [0, 1, 2],
+            sign: 1.0,
+            slope: [row; 2],
+            offset: [row; 2],
+            start: [row; 2],
+            end: [row; 2],
+            slack: [0.0; 2],
+            slack_of_m: [0.0; 2],
+            largest_m: 0.0,
+            block_slack: [0.0; 8],
+            blur: 0.0,
+            best: Row::new(f32::from_bits(NONE)),
+            exact: 0,
+            t: [0.0; PACKET],
+            shear: [Doubles::ZERO; 3],
+            same_axes: true,
+        }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
+        let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
+        let z = if size(0) > size(1) {
+            if size(0) > size(2) { 0 } else { 2 }
+        } else if size(1) > size(2) {
+            1
+        } else {
+            2
+        };
+        let axes @ [x, y, z] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
+        let largest = |axis: usize| ends.direction[axis][0].abs().max(ends.direction[axis][1].abs());
+        let [low, high] = ends.direction[z];
+        let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
+        let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
+        // NaN goes nowhere.
+        if !(farthest <= 8.0 * extent && steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
+            return false;
+        }
+        let sign = 1f64.copysign(low);
+        let d = (7.0 + 6.0 * steepest) * U * extent;
+        let times_m = 4.0 * d + 8.0 * (1.0 + steepest) * U * extent;
+        let slack = [times_m * (1.0 + steepest), times_m * 2.0 * d + 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
+        self.largest_m = (2.0 * (1.0 + steepest) * extent) as f32;
+        self.slack_of_m = [times_m, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
+        (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
+        self.same_axes = steepest < 1.0;
+        let filled = together.filled.min(PACKET);
+        let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
+        let [sx, sy, inverse] = &mut self.shear;
+        for i in 0..filled {
+            inverse.0[i] = 1.0 / dz[i];
+        }
+        for (k, (axis, shear)) in [(x, sx), (y, sy)].into_iter().enumerate() {
+            let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
+            let (slope, offset) = (&mut self.slope[k].0, &mut self.offset[k].0);
+            for i in 0..filled {
+                let s = d[i] * inverse.0[i];
+                shear.0[i] = s;
+                slope[i] = (s * sign) as f32;
+                offset[i] = (s * oz[i] - o[i]) as f32;
+            }
+        }
+        for (t, [low, high]) in [(&together.t_min.0, &mut self.start), (&together.t_max.0, &mut self.end)] {
+            for i in 0..filled {
+                [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i]);
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn cull<E: Wide>(&mut self, e: E, beam: &Beam<E>, block: u32) -> u32 {
+        let (low, high) = boxes(e, &self.blocks[block as usize]);
+        let size = e.max(e.max(e.sub(high[0], low[0]), e.sub(high[1], low[1])), e.sub(high[2], low[2]));
+        e.store(e.mul_add(size, e.splat(self.slack[0]), e.splat(self.slack[1])), &mut self.block_slack);
+        beam.meets(e, low, high)
+    }
+
+    #[inline(always)]
+    fn visit_across<W: Wide>(
+        &mut self,
+        w: W,
+        together: &Together,
+        slabs: &mut Slabs,
+        block: u32,
+        mut slots: u32,
+        rays: u64,
+    ) -> u64 {
+        let [.., kz] = self.axes;
+        let mut ended = 0;
+        let lanes = (1u64 << W::LANES) - 1;
+        while slots != 0 {
+            let slot = slots.trailing_zeros() & 7;
+            slots &= slots - 1;
+            let code = block << 3 | slot;
+            let [a, b, c] = &self.blocks[block as usize].corners;
+            let slot = slot as usize;
+            let corners = [
+                spread(w, a, self.axes, self.sign, slot),
+                spread(w, b, self.axes, self.sign, slot),
+                spread(w, c, self.axes, self.sign, slot),
+            ];
+            let depth = |corner: &[[f32; 8]; 3]| corner[kz][slot] * self.sign;
+            let (za, zb, zc) = (depth(a), depth(b), depth(c));
+            let smaller = |a: f32, b: f32| if a < b { a } else { b };
+            let larger = |a: f32, b: f32| if a > b { a } else { b };
+            let nearest = w.splat(smaller(smaller(za, zb), zc));
+            let farthest = w.splat(larger(larger(za, zb), zc));
+            let (bounds, slack) = ([nearest, farthest], Some(w.splat(self.block_slack[slot])));
+            for at in (0..PACKET).step_by(W::LANES) {
+                let mask = ((rays & !ended) >> at & lanes) as u32;
+                if mask == 0 {
+                    continue;
+                }
+                let slope = [self.slope[0].group(w, at), self.slope[1].group(w, at)];
+                let offset = [self.offset[0].group(w, at), self.offset[1].group(w, at)];
+                let end = self.end[1].group(w, at);
+                let ray = Sheared { slope, offset, start: self.start[0].group(w, at), end };
+                let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, bounds, slack, ray, mask) else {
+                    continue;
+                };
+                let nearer =
+                    surely & w.lt(depth[1], self.end[0].group(w, at)) & w.lt(self.start[1].group(w, at), depth[0]);
+                let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], self.start[0].group(w, at)));
+                let mut unclear = maybe & !nearer & !beyond;
+                if ANY_HIT {
+                    ended |= u64::from(nearer) << at;
+                } else if nearer != 0 {
+                    let [low, high] = &mut self.end;
+                    w.store(w.select(nearer, depth[0], w.load(&low.0[at..])), &mut low.0[at..]);
+                    w.store(w.select(nearer, depth[1], end), &mut high.0[at..]);
+                    let old = w.load(&slabs.limit.0[at..]);
+                    let limit =
+                        w.mul_sub(depth[1], w.abs(slabs.reciprocal[kz].group(w, at)), slabs.far[kz].group(w, at));
+                    let limit = w.min(w.mul(limit, w.splat(1.0 + 8.0 * U as f32)), old);
+                    w.store(w.select(nearer, limit, old), &mut slabs.limit.0[at..]);
+                    self.exact &= !(u64::from(nearer) << at);
+                    let best = w.select(nearer, w.splat(f32::from_bits(code)), self.best.group(w, at));
+                    w.store(best, &mut self.best.0[at..]);
+                }
+                while unclear != 0 {
+                    let i = (at + unclear.trailing_zeros() as usize) & (PACKET - 1);
+                    unclear &= unclear - 1;
+                    if self.settle(together, slabs, i, code) && ANY_HIT {
+                        ended |= 1 << i;
+                    }
+                }
+            }
+        }
+        ended
+    }
+
+    #[inline(always)]
+    fn visit_one<E: Wide>(&mut self, e: E, together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+        let [.., kz] = self.axes;
+        let [a, b, c] = &self.blocks[block as usize].corners;
+        let sign = e.splat(self.sign);
+        let corners = [
+            load_corner(e, a, self.axes, sign),
+            load_corner(e, b, self.axes, sign),
+            load_corner(e, c, self.axes, sign),
+        ];
+        let slope = [self.slope[0].one(e, i), self.slope[1].one(e, i)];
+        let offset = [self.offset[0].one(e, i), self.offset[1].one(e, i)];
+        let ray = Sheared { slope, offset, start: self.start[0].one(e, i), end: self.end[1].one(e, i) };
+        let nearest = e.min(e.min(corners[0][2], corners[1][2]), corners[2][2]);
+        let farthest = e.max(e.max(corners[0][2], corners[1][2]), corners[2][2]);
+        let Some(verdict) = self.judge(e, corners, [nearest, farthest], None, ray, 0xff) else { return false };
+        let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
+        e.store(verdict.depth[0], &mut low);
+        e.store(verdict.depth[1], &mut high);
+        let mut maybe = verdict.maybe;
+        while maybe != 0 {
+            let slot = maybe.trailing_zeros() & 7;
+            maybe &= maybe - 1;
+            let (code, low, high) = (block << 3 | slot, low[slot as usize], high[slot as usize]);
+            let mut unclear = true;
+            if verdict.surely >> slot & 1 != 0 {
+                if high < self.end[0].0[i] && low > self.start[1].0[i] {
+                    if ANY_HIT {
+                        return true;
+                    }
+                    (self.end[0].0[i], self.end[1].0[i], self.best.0[i]) = (low, high, f32::from_bits(code));
+                    self.exact &= !(1 << i);
+                    let limit = high * slabs.reciprocal[kz].0[i].abs() - slabs.far[kz].0[i];
+                    let limit = limit * (1.0 + 8.0 * U as f32);
+                    slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
+                    continue;
+                }
+                unclear = !(low > self.end[1].0[i] || high < self.start[0].0[i]);
+            }
+            if unclear && self.settle(together, slabs, i, code) && ANY_HIT {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        let count = together.count.min(PACKET);
+        if ANY_HIT {
+            let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
+            for i in 0..count {
+                found(usize::from(together.number[i]), (ended >> i & 1 != 0).then_some(hit));
+            }
+            return;
+        }
+        let mut corners = [[Row::new(0.0); 3]; 3];
+        let mut own = if self.same_axes { None } else { Some([Doubles::ZERO; 3]) };
+        for i in 0..count {
+            let code = self.best.0[i].to_bits();
+            if code == NONE {
+                continue;
+            }
+            let [a, b, c] = match &mut own {
+                None => self.corners(code, self.axes),
+                Some(origin) => {
+                    let ray = TriangleRay::new(&together.ray(i));
+                    for k in 0..3 {
+                        (origin[k].0[i], self.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
+                    }
+                    self.corners(code, ray.axes)
+                }
+            };
+            for k in 0..3 {
+                corners[0][k].0[i] = a[k];
+                corners[1][k].0[i] = b[k];
+                corners[2][k].0[i] = c[k];
+            }
+        }
+        let [x, y, z] = self.axes;
+        let [ox, oy, oz] = match &own {
+            None => [&together.origin[x], &together.origin[y], &together.origin[z]],
+            Some([x, y, z]) => [x, y, z],
+        };
+        let [sx, sy, sz] = &self.shear;
+        let ([a, b, c], axes) = (&corners, self.axes);
+        let (mut u, mut v) = ([0.0; PACKET], [0.0; PACKET]);
+        let t = &mut self.t;
+        for i in 0..together.filled.min(PACKET) {
+            let ray = TriangleRay::from_parts(
+                axes,
+                [ox.0[i], oy.0[i], oz.0[i]],
+                [sx.0[i], sy.0[i], sz.0[i]],
+                f64::NEG_INFINITY,
+            );
+            let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
+            let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
+            let c = [c[0].0[i], c[1].0[i], c[2].0[i]];
+            #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
+            let hit = match ray.intersect_permuted([a, b, c], f64::INFINITY) {
+                Some(hit) => hit,
+                None => (0.0, 0.0, 0.0),
+            };
+            (t[i], u[i], v[i]) = hit;
+        }
+        for i in 0..count {
+            let code = self.best.0[i].to_bits();
+            let hit = if code == NONE {
+                None
+            } else {
+                Some(TriangleHit { t: self.t[i], triangle: self.id(code), u: u[i], v: v[i] })
+            };
+            found(usize::from(together.number[i]), hit);
+        }
+    }
+}

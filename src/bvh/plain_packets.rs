@@ -1,0 +1,331 @@
+//! Rays that run alike against blocks of triangles, in f32.
+
+use super::TriangleHit;
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide, groups, ones};
+use super::triangles::TriangleBlock;
+use crate::geometry::Ray;
+
+/// Coordinates that are neither too small nor too large.
+const NEAR: f64 = 1e-10;
+const FAR: f64 = 1e10;
+
+/// Stands for no triangle: more than any code.
+const NONE: u32 = 1 << 30;
+
+/// Möller and Trumbore (1997), as [`MoellerTrumboreTest`](super::triangles::MoellerTrumboreTest): without fused operations, so that every
+/// instruction set gives the same bits.
+///
+/// The test may say yes far from the triangle where a ray grazes it. Then it would depend on the boxes on the way whether it is
+/// asked, and so on the other rays of the packet. Hence a hit counts only where it lies in the triangle's own box, which
+/// is widened by less than the boxes on the way are: what is found is the first of all such hits, in whatever order.
+pub struct MoellerTrumborePacket<'a, const ANY_HIT: bool> {
+    blocks: &'a [TriangleBlock],
+    origin: [Row; 3],
+    direction: [Row; 3],
+    t_min: Row,
+    /// Of the nearest hit so far; where the ray ends if there is none.
+    t: Row,
+    /// Weights of its corners.
+    u: Row,
+    v: Row,
+    /// Eight times its block, plus its slot, as bits of f32 (below 2).
+    best: Row,
+    /// How much boxes are widened, for the farthest origin... of each ray.
+    pad: Row,
+    block: Sides,
+}
+
+/// Triangles of the block in question.
+#[repr(align(32))]
+struct Sides {
+    e1: [[f32; 8]; 3],
+    e2: [[f32; 8]; 3],
+    low: [[f32; 8]; 3],
+    high: [[f32; 8]; 3],
+}
+
+/// Hits of some lanes.
+struct Hits<V> {
+    lanes: u32,
+    t: V,
+    u: V,
+    v: V,
+}
+
+/// Three coordinates.
+type Three<V> = [V; 3];
+
+/// A triangle: first corner, sides, box.
+struct Triangle<V> {
+    corner: Three<V>,
+    sides: [Three<V>; 2],
+    bounds: [Three<V>; 2],
+}
+
+#[inline(always)]
+fn sub<W: Wide>(w: W, a: Three<W::V>, b: Three<W::V>) -> Three<W::V> {
+    [w.sub(a[0], b[0]), w.sub(a[1], b[1]), w.sub(a[2], b[2])]
+}
+
+#[inline(always)]
+fn dot<W: Wide>(w: W, a: Three<W::V>, b: Three<W::V>) -> W::V {
+    w.add(w.add(w.mul(a[0], b[0]), w.mul(a[1], b[1])), w.mul(a[2], b[2]))
+}
+
+#[inline(always)]
+fn cross<W: Wide>(w: W, a: Three<W::V>, b: Three<W::V>) -> Three<W::V> {
+    [
+        w.sub(w.mul(a[1], b[2]), w.mul(a[2], b[1])),
+        w.sub(w.mul(a[2], b[0]), w.mul(a[0], b[2])),
+        w.sub(w.mul(a[0], b[1]), w.mul(a[1], b[0])),
+    ]
+}
+
+#[inline(always)]
+fn splat<W: Wide>(w: W, of: &[[f32; 8]; 3], slot: usize) -> Three<W::V> {
+    [w.splat(of[0][slot & 7]), w.splat(of[1][slot & 7]), w.splat(of[2][slot & 7])]
+}
+
+#[inline(always)]
+fn load_eight<E: Wide>(e: E, of: &[[f32; 8]; 3]) -> Three<E::V> {
+    [e.load(&of[0]), e.load(&of[1]), e.load(&of[2])]
+}
+
+/// Hits with t_min < t <= t_max.
+#[inline(always)]
+fn meet<W: Wide>(
+    w: W,
+    o: Three<W::V>,
+    d: Three<W::V>,
+    triangle: &Triangle<W::V>,
+    [t_min, t_max, pad]: [W::V; 3],
+    mask: u32,
+) -> Option<Hits<W::V>> {
+    let [e1, e2] = triangle.sides;
+    let p = cross(w, d, e2);
+    let det = dot(w, e1, p);
+    let s = sub(w, o, triangle.corner);
+    let u = w.mul_sign(dot(w, s, p), det);
+    let q = cross(w, s, e1);
+    let v = w.mul_sign(dot(w, d, q), det);
+    let size = w.abs(det);
+    let zero = w.splat(0.0);
+    let lanes = mask & w.le(zero, w.min(u, v)) & w.le(w.add(u, v), size) & w.lt(zero, size);
+    if lanes == 0 {
+        return None;
+    }
+    let inverse = w.div(w.splat(1.0), size);
+    let t = w.mul(w.mul_sign(dot(w, e2, q), det), inverse);
+    let mut lanes = lanes & w.lt(t_min, t) & w.le(t, t_max);
+    let [low, high] = triangle.bounds;
+    for axis in 0..3 {
+        let at = w.add(o[axis], w.mul(d[axis], t));
+        lanes &= w.le(w.sub(low[axis], pad), at) & w.le(at, w.add(high[axis], pad));
+    }
+    if lanes == 0 {
+        return None;
+    }
+    Some(Hits { lanes, t, u: w.mul(u, inverse), v: w.mul(v, inverse) })
+}
+
+/// The largest f32 that is not above.
+#[inline(always)]
+fn rounded_down(x: f64) -> f32 {
+    let near = x as f32;
+    if f64::from(near) > x { near.next_down() } else { near }
+}
+
+impl<'a, const ANY_HIT: bool> MoellerTrumborePacket<'a, ANY_HIT> {
+    #[inline(always)]
+    fn id(&self, code: u32) -> u32 {
+        self.blocks[(code >> 3) as usize].ids[code as usize & 7]
+    }
+
+    /// Whether a hit at the same t as the nearest one comes before it.
+    #[inline(always)]
+    fn is_first(&self, i: usize, code: u32) -> bool {
+        let old = self.best.0[i].to_bits();
+        old == NONE || self.id(code) < self.id(old)
+    }
+}
+
+impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HIT> {
+    type Source = &'a [TriangleBlock];
+    type Found = Option<TriangleHit>;
+    const ANY_HIT: bool = ANY_HIT;
+    /// All of them, since a ray alone may find something else.
+    const LEAST: u32 = 1;
+    /// Twice what boxes of triangles are widened by, and the rounding of the hit point.
+    const SLACK: f32 = 16.0;
+
+    /// Neither overflow nor zero in what boxes are tested with.
+    #[inline(always)]
+    fn is_fit(ray: &Ray, extent: f64) -> bool {
+        let (o, d) = (ray.origin.abs(), ray.direction.abs());
+        let (o, d) = (o.max_element(), d.max_element());
+        (o <= FAR) & (NEAR..=FAR).contains(&d) & (NEAR..=FAR).contains(&extent)
+    }
+
+    #[inline(always)]
+    fn new(blocks: &'a [TriangleBlock]) -> Self {
+        let row = Row::new(0.0);
+        let zero = [[0.0; 8]; 3];
+        Self {
+            blocks,
+            origin: [row; 3],
+            direction: [row; 3],
+            t_min: row,
+            t: row,
+            u: row,
+            v: row,
+            best: Row::new(f32::from_bits(NONE)),
+            pad: row,
+            block: Sides { e1: zero, e2: zero, low: zero, high: zero },
+        }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
+        let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
+        let fastest = ends.direction.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
+        let slowest = ends.direction.iter().fold(0.0, |most: f64, [low, high]| low.abs().min(high.abs()).max(most));
+        let fit = farthest <= FAR && fastest <= FAR && slowest >= NEAR && (NEAR..=FAR).contains(&extent);
+        if !fit && !(0..together.count.min(PACKET)).all(|i| Self::is_fit(&together.ray(i), extent)) {
+            return false;
+        }
+        let filled = together.filled.min(PACKET);
+        for axis in 0..3 {
+            for i in 0..filled {
+                self.origin[axis].0[i] = together.origin[axis].0[i] as f32;
+                self.direction[axis].0[i] = together.direction[axis].0[i] as f32;
+            }
+        }
+        let [x, y, z] = &self.origin;
+        for i in 0..filled {
+            self.t_min.0[i] = rounded_down(together.t_min.0[i]);
+            self.t.0[i] = rounded_down(together.t_max.0[i]);
+            let (x, y, z) = (x.0[i].abs(), y.0[i].abs(), z.0[i].abs());
+            let larger = if x > y { x } else { y };
+            let size = if larger > z { larger } else { z };
+            self.pad.0[i] = 8.0 / 16_777_216.0 * (size + extent as f32);
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn cull<E: Wide>(&mut self, e: E, beam: &Beam<E>, block: u32) -> u32 {
+        let [a, b, c] = &self.blocks[block as usize].corners;
+        let (a, b, c) = (load_eight(e, a), load_eight(e, b), load_eight(e, c));
+        let (mut low, mut high) = (a, a);
+        for axis in 0..3 {
+            low[axis] = e.min(e.min(a[axis], b[axis]), c[axis]);
+            high[axis] = e.max(e.max(a[axis], b[axis]), c[axis]);
+            e.store(low[axis], &mut self.block.low[axis]);
+            e.store(high[axis], &mut self.block.high[axis]);
+            e.store(e.sub(b[axis], a[axis]), &mut self.block.e1[axis]);
+            e.store(e.sub(c[axis], a[axis]), &mut self.block.e2[axis]);
+        }
+        beam.meets(e, low, high)
+    }
+
+    #[inline(always)]
+    fn visit_across<W: Wide>(
+        &mut self,
+        w: W,
+        _together: &Together,
+        slabs: &mut Slabs,
+        block: u32,
+        mut slots: u32,
+        rays: u64,
+    ) -> u64 {
+        let mut ended = 0;
+        let lanes = (1u64 << W::LANES) - 1;
+        while slots != 0 {
+            let slot = slots.trailing_zeros() as usize & 7;
+            slots &= slots - 1;
+            let code = block << 3 | slot as u32;
+            let triangle = Triangle {
+                corner: splat(w, &self.blocks[block as usize].corners[0], slot),
+                sides: [splat(w, &self.block.e1, slot), splat(w, &self.block.e2, slot)],
+                bounds: [splat(w, &self.block.low, slot), splat(w, &self.block.high, slot)],
+            };
+            for at in (0..PACKET).step_by(W::LANES) {
+                let mask = ((rays & !ended) >> at & lanes) as u32;
+                if mask == 0 {
+                    continue;
+                }
+                let limits = [self.t_min.group(w, at), self.t.group(w, at), self.pad.group(w, at)];
+                let (o, d) = (groups(w, &self.origin, at), groups(w, &self.direction, at));
+                let Some(mut hits) = meet(w, o, d, &triangle, limits, mask) else { continue };
+                if ANY_HIT {
+                    ended |= u64::from(hits.lanes) << at;
+                    continue;
+                }
+                let mut same = hits.lanes & !w.lt(hits.t, limits[1]);
+                while same != 0 {
+                    let k = same.trailing_zeros() as usize;
+                    same &= same - 1;
+                    if !self.is_first((at + k) & (PACKET - 1), code) {
+                        hits.lanes &= !(1 << k);
+                    }
+                }
+                let Hits { lanes, t, u, v } = hits;
+                let best = w.splat(f32::from_bits(code));
+                for (to, new) in [(&mut self.t, t), (&mut self.u, u), (&mut self.v, v), (&mut self.best, best)] {
+                    w.store(w.select(lanes, new, w.load(&to.0[at..])), &mut to.0[at..]);
+                }
+                let limit = w.select(lanes, t, w.load(&slabs.limit.0[at..]));
+                w.store(limit, &mut slabs.limit.0[at..]);
+            }
+        }
+        ended
+    }
+
+    #[inline(always)]
+    fn visit_one<E: Wide>(&mut self, e: E, _together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+        let [a, b, c] = &self.blocks[block as usize].corners;
+        let (a, b, c) = (load_eight(e, a), load_eight(e, b), load_eight(e, c));
+        let (mut low, mut high) = (a, a);
+        for axis in 0..3 {
+            low[axis] = e.min(e.min(a[axis], b[axis]), c[axis]);
+            high[axis] = e.max(e.max(a[axis], b[axis]), c[axis]);
+        }
+        let triangle = Triangle { corner: a, sides: [sub(e, b, a), sub(e, c, a)], bounds: [low, high] };
+        let (o, d) = (ones(e, &self.origin, i), ones(e, &self.direction, i));
+        let limits = [self.t_min.one(e, i), self.t.one(e, i), self.pad.one(e, i)];
+        let Some(mut hits) = meet(e, o, d, &triangle, limits, 0xff) else { return false };
+        if ANY_HIT {
+            return true;
+        }
+        let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        e.store(hits.t, &mut t);
+        e.store(hits.u, &mut u);
+        e.store(hits.v, &mut v);
+        while hits.lanes != 0 {
+            let slot = hits.lanes.trailing_zeros() as usize & 7;
+            hits.lanes &= hits.lanes - 1;
+            let code = block << 3 | slot as u32;
+            if t[slot] < self.t.0[i] || (t[slot] == self.t.0[i] && self.is_first(i, code)) {
+                (self.t.0[i], self.u.0[i], self.v.0[i]) = (t[slot], u[slot], v[slot]);
+                (self.best.0[i], slabs.limit.0[i]) = (f32::from_bits(code), t[slot]);
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        for i in 0..together.count.min(PACKET) {
+            let code = self.best.0[i].to_bits();
+            let hit = if ANY_HIT {
+                (ended >> i & 1 != 0).then_some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 })
+            } else if code == NONE {
+                None
+            } else {
+                let wide = |row: &Row| f64::from(row.0[i]);
+                Some(TriangleHit { t: wide(&self.t), triangle: self.id(code), u: wide(&self.u), v: wide(&self.v) })
+            };
+            found(usize::from(together.number[i]), hit);
+        }
+    }
+}
