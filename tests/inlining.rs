@@ -15,7 +15,7 @@ const KERNELS: [&[&str]; 6] = [
 
 /// What of it may be called: methods of the tree, which choose the entry point, the entry points, and what runs once and not for
 /// every ray.
-const CALLED: [&str; 6] = ["glimt..bvh..Bvh$GT$", "_avx2", "_avx512", "3Isa", "simd..Isa", "4simd6buffer"];
+const CALLED: [&str; 7] = ["glimt..bvh..Bvh$GT$", "_avx2", "_avx512", "_portable", "3Isa", "simd..Isa", "4simd6buffer"];
 
 /// Functions that should have been inlined.
 fn strays<'a>(symbols: &[&'a str]) -> Vec<&'a str> {

@@ -263,6 +263,22 @@ fn study_accuracy_finds_the_front_and_keeps_its_reference() {
 }
 
 #[test]
+fn study_overhead_makes_one_picture_in_three_ways() {
+    let place = Place::new("overhead");
+    let scene = SCENE.replacen("[render]", "[render]\nfilter = \"tent\"", 1);
+    fs::write(place.0.join("tent.toml"), scene).unwrap();
+    for line in ["room.toml --samples 5 --threads 3", "tent.toml --samples 1 --threads 1"] {
+        let text = place.run(&format!("study overhead {line} --repeats 2 --screen 80x24 --out o --quiet"), 0);
+        assert!(text.contains("the same, bit for bit"), "{text}");
+    }
+    let (json, rows) = check_files(&place, "o", "overhead", &[""]);
+    assert_eq!(rows.len(), 3 * 2);
+    assert_eq!(json["summary"]["same_picture"], true);
+    // Only the interface sends something to a terminal.
+    assert!(rows.iter().all(|row| (row[0] == "shown by the interface") == (row[4] != "0")), "{rows:?}");
+}
+
+#[test]
 fn what_is_asked_wrongly_is_refused_before_any_work() {
     let place = Place::new("wrong");
     fs::write(place.0.join("file"), "").unwrap();

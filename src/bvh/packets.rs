@@ -162,7 +162,7 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
 
     #[inline(always)]
     fn corners(&self, code: u32, axes: [usize; 3]) -> [[f32; 3]; 3] {
-        self.blocks[(code >> 3) as usize].triangle(code as usize & 7, axes)
+        self.blocks[(code >> 3) as usize].corners(code as usize & 7, axes)
     }
 
     #[inline(always)]

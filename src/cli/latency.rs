@@ -4,6 +4,7 @@ use super::Failure;
 use super::args::{IsaArg, size, threads, whole};
 use super::open::Opened;
 use super::study::{StudyArgs, refuse};
+use crate::bvh::Isa;
 use crate::render::{Settings, View, default_threads};
 use crate::scene::compile_for;
 use crate::study::chart::{Axis, Chart, Data, Point, Series};
@@ -55,20 +56,7 @@ pub fn latency(args: &LatencyArgs, console: &Console) -> Result<Report, Failure>
     let threads = args.threads.unwrap_or_else(default_threads);
     let count = args.repeats.unwrap_or(if args.study.quick { 6 } else { 40 }) as usize;
     let opened = Opened::new(args.scene.as_deref(), None, isa)?;
-    let options = |name: String| Options {
-        view: View::Final,
-        time: None,
-        desc: opened.desc.clone(),
-        compiled: None,
-        source: None,
-        directory: opened.directory(),
-        keymap: Keymap::default(),
-        scene_name: name,
-        output: PathBuf::new(),
-        threads,
-        isa,
-        color: ColorChoice::Truecolor,
-    };
+    let options = |name: String| Options { scene_name: name, ..unattended(&opened, threads, isa) };
     let mut scenes = vec![options(opened.name().to_string_lossy().into_owned())];
     scenes[0].compiled = Some(Arc::new(opened.compile()?));
     if args.scene.is_none() {
@@ -107,6 +95,24 @@ pub fn latency(args: &LatencyArgs, console: &Console) -> Result<Report, Failure>
     console.clear();
     tell(&mut report, &lines);
     Ok(report)
+}
+
+/// What the interface is told when nobody looks at it.
+pub(super) fn unattended(opened: &Opened, threads: NonZeroUsize, isa: Isa) -> Options {
+    Options {
+        view: View::Final,
+        time: None,
+        desc: opened.desc.clone(),
+        compiled: None,
+        source: None,
+        directory: opened.directory(),
+        keymap: Keymap::default(),
+        scene_name: opened.name().to_string_lossy().into_owned(),
+        output: PathBuf::new(),
+        threads,
+        isa,
+        color: ColorChoice::Truecolor,
+    }
 }
 
 fn milliseconds(time: Duration) -> f64 {

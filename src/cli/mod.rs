@@ -9,6 +9,7 @@ mod failure;
 mod latency;
 mod model_scene;
 mod open;
+mod overhead;
 mod stability;
 mod study;
 

@@ -3,6 +3,7 @@
 use super::args::{ColorArg, IsaArg, codes, error, named, size, threads, usual_isa, whole};
 use super::latency::{self, LatencyArgs};
 use super::open::Opened;
+use super::overhead::{self, OverheadArgs};
 use super::stability::{self, StabilityArgs};
 use super::{Failure, print, say};
 use crate::bvh::Isa;
@@ -34,6 +35,8 @@ pub enum StudyCommand {
     Accuracy(AccuracyArgs),
     /// How long the interface takes from a key to the new picture
     Latency(LatencyArgs),
+    /// What progressiveness, streaming and the interface cost, against one plain pass of the same samples
+    Overhead(OverheadArgs),
 }
 
 #[derive(Debug, Args)]
@@ -122,7 +125,7 @@ pub struct KernelArgs {
 
 /// What is rendered.
 #[derive(Debug, Args)]
-struct SceneArgs {
+pub(super) struct SceneArgs {
     /// Scene (.toml) or model (.obj) [default: the demo scene, which is built in]
     scene: Option<PathBuf>,
     /// Pixels across and down [default: the scene's, at most 640 across for accuracy, 320 with --quick]
@@ -161,12 +164,12 @@ pub struct StudyArgs {
 }
 
 /// Most pixels across in a short run, and in one that renders a picture many times.
-const QUICK_WIDTH: u32 = 320;
+pub(super) const QUICK_WIDTH: u32 = 320;
 const ACCURACY_WIDTH: u32 = 640;
 
 impl SceneArgs {
     /// `widest`: most pixels across, unless a size is asked for.
-    fn open(&self, widest: u32, isa: Isa) -> Result<Opened, Failure> {
+    pub(super) fn open(&self, widest: u32, isa: Isa) -> Result<Opened, Failure> {
         let film = self.size.map(|(width, height)| FilmDesc { width, height });
         let mut opened = Opened::new(self.scene.as_deref(), film, isa)?;
         let shown = &mut opened.desc.film;
@@ -189,6 +192,7 @@ impl StudyCommand {
             Self::Scale(args) => &args.study,
             Self::Accuracy(args) => &args.study,
             Self::Latency(args) => &args.study,
+            Self::Overhead(args) => &args.study,
         }
     }
 
@@ -200,6 +204,7 @@ impl StudyCommand {
             Self::Scale(_) => "scale",
             Self::Accuracy(_) => "accuracy",
             Self::Latency(_) => "latency",
+            Self::Overhead(_) => "overhead",
         }
     }
 
@@ -290,6 +295,7 @@ fn study(command: &StudyCommand, console: &Console) -> Result<Report, Failure> {
             study::scale(quick, most.into(), repeats, console).map_err(|error| refuse(error, None))
         }
         StudyCommand::Latency(args) => latency::latency(args, console),
+        StudyCommand::Overhead(args) => overhead::overhead(args, console),
         StudyCommand::Accuracy(args) => {
             let quick = args.study.quick;
             let isa = args.isa.chosen()?;

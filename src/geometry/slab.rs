@@ -2,7 +2,7 @@
 
 use super::aabb::Aabb;
 use super::ray::Ray;
-use std::array;
+use crate::math::Four;
 
 /// A ray prepared for tests against the boxes of one tree. Distances are in the ray's t, possibly shifted by a constant;
 /// they serve to order and to prune, never to decide a hit.
@@ -19,6 +19,9 @@ pub trait Slab: Copy {
 
 /// Unit roundoff of f32.
 const U: f64 = 1.0 / 16_777_216.0;
+
+/// More than the rounding of what f32 can hold only with less than 24 bits.
+const TINY: f64 = f32::MIN_POSITIVE as f64;
 
 /// f32 boxes, f64 ray; the entry is a lower bound of the exact one, and a box that the exact ray touches is never missed.
 ///
@@ -53,45 +56,48 @@ impl PaddedSlab {
     pub fn start(&self) -> f64 {
         self.start
     }
+
+    /// [`Slab::new`], computed with registers of four: `o` and `d` are the origin and the direction of the ray, and anything.
+    #[inline(always)]
+    pub fn with<F: Four>(ray: &Ray, mut o: F, d: F, extent: f64) -> Self {
+        let mut size = ray.origin.abs().max_element();
+        let (mut start, mut pad) = (0.0, 0.0);
+        if size > 8.0 * extent {
+            // To two extents (of the box's corners, so 4 > 2 sqrt 3) before the closest approach: what is met lies ahead.
+            let speed = ray.direction.length();
+            start = (-ray.origin.dot(ray.direction) / speed - 4.0 * extent) / speed;
+            o = o + d * start;
+            pad = 1e-15 * size;
+            size = ray.at(start).abs().max_element();
+        }
+        // A component that is (almost) zero is widened to 2^-40 of the largest: no product of 0 and infinity. Over the way to
+        // the far side of the tree that shifts the ray by less than the last term.
+        let least = ray.direction.abs().max_element() * 2f64.powi(-40);
+        pad += 4.0 * U * size + 2f64.powi(-37) * (extent + size);
+        let inverse = d.splat(1.0) / d.abs().max(d.splat(least)).copysign(d);
+        let (constant, pad) = (o * inverse, inverse.abs() * pad);
+        Self {
+            reciprocal: inverse.as_f32(),
+            near_reciprocal: (inverse * Self::ENTRY_FACTOR).as_f32(),
+            near: ((constant + pad) * Self::ENTRY_FACTOR).as_f32(),
+            far: (constant - pad).as_f32(),
+            // Never negative, so that distances compare as their bits do.
+            t_min: (((ray.t_min - start) * (Self::ENTRY_FACTOR - 2.0 * U) - TINY) as f32).max(0.0),
+            start,
+        }
+    }
 }
 
 impl Slab for PaddedSlab {
     #[inline(always)]
     fn new(ray: &Ray, extent: f64) -> Self {
-        let d = ray.direction;
-        let origin_size = ray.origin.abs().max_element();
-        let (mut o, mut start, mut pad) = (ray.origin, 0.0, 0.0);
-        if origin_size > 8.0 * extent {
-            // To two extents (of the box's corners, so 4 > 2 sqrt 3) before the closest approach: what is met lies ahead.
-            let speed = d.length();
-            start = (-o.dot(d) / speed - 4.0 * extent) / speed;
-            o = ray.at(start);
-            pad = 1e-15 * origin_size;
-        }
-        // A component that is (almost) zero is widened to 2^-40 of the largest: no product of 0 and infinity. Over the way to
-        // the far side of the tree that shifts the ray by less than the last term.
-        let least = d.abs().max_element() * 2f64.powi(-40);
-        let size = o.abs().max_element();
-        pad += 4.0 * U * size + 2f64.powi(-37) * (extent + size);
-        // Four at a time, the last for nothing: of three the compiler makes twice as many instructions.
-        let (o, d) = ([o.x, o.y, o.z, 0.0], [d.x, d.y, d.z, 1.0]);
-        let inverse: [f64; 4] = array::from_fn(|k| 1.0 / if d[k].abs() < least { least.copysign(d[k]) } else { d[k] });
-        let constant: [f64; 4] = array::from_fn(|k| o[k] * inverse[k]);
-        let pad: [f64; 4] = array::from_fn(|k| pad * inverse[k].abs());
-        Self {
-            reciprocal: inverse.map(|r| r as f32),
-            near_reciprocal: inverse.map(|r| (r * Self::ENTRY_FACTOR) as f32),
-            near: array::from_fn(|k| ((constant[k] + pad[k]) * Self::ENTRY_FACTOR) as f32),
-            far: array::from_fn(|k| (constant[k] - pad[k]) as f32),
-            // Never negative, so that distances compare as their bits do.
-            t_min: (((ray.t_min - start) * Self::ENTRY_FACTOR) as f32).next_down().max(0.0),
-            start,
-        }
+        Self::with(ray, ray.origin.extend(0.0), ray.direction.extend(0.0), extent)
     }
 
     #[inline(always)]
     fn limit(&self, t_max: f64) -> f32 {
-        ((t_max - self.start) as f32).next_up()
+        // Not `f32::next_up`, which branches three times.
+        ((t_max - self.start) * (1.0 + 2.0 * U) + TINY) as f32
     }
 
     #[inline(always)]

@@ -36,6 +36,11 @@ impl Rgb {
         self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
     }
 
+    /// The largest channel.
+    pub fn largest(self) -> f64 {
+        self.r.max(self.g).max(self.b)
+    }
+
     /// `self` at `t = 0`, `other` at `t = 1`.
     pub fn lerp(self, other: Self, t: f64) -> Self {
         self * (1.0 - t) + other * t

@@ -103,7 +103,8 @@ pub struct TileStats {
     /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as
     /// nothing can be said.
     pub squared_error: Option<ErrorChange>,
-    /// Weight of the paths that were not followed: sum over the pixels, and that of the worst pixel. Times
+    /// Weight of the paths that were not followed, and of what lights may be wrong by that were not asked for: sum over the
+    /// pixels, and that of the worst pixel. Times
     /// [`Scene::largest_radiance`](crate::scene::Scene::largest_radiance) it bounds what they would add.
     pub cut: Cut,
 }
@@ -117,7 +118,7 @@ pub struct ErrorChange {
     pub now: f64,
 }
 
-/// Weight of paths that were not followed.
+/// Weight of paths that were not followed and of lights that were not asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cut {
     /// Summed over pixels.

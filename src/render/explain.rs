@@ -29,9 +29,9 @@ pub struct Explanation {
     pub point: [f64; 2],
     /// What it sees.
     pub radiance: Rgb,
-    /// Weight of its paths that were not followed.
+    /// Weight of its paths that were not followed and of the light that was not asked for.
     pub cut: f64,
-    /// What they are taken to bring: the radiance is this and that of the tree.
+    /// What those paths are taken to bring: the radiance is this and that of the tree.
     pub tail: Rgb,
     /// Its rays.
     pub tree: RayTree,
@@ -75,7 +75,7 @@ impl fmt::Display for Explanation {
         write!(f, "{}", self.tree)?;
         if self.cut > 0.0 {
             let Rgb { r, g, b } = self.tail;
-            writeln!(f, "not followed: weight {:.3e}, taken to bring ({r:.5} {g:.5} {b:.5})", self.cut)?;
+            writeln!(f, "not followed or asked: weight {:.3e}, taken to bring ({r:.5} {g:.5} {b:.5})", self.cut)?;
         }
         let ([r, g, b], [cr, cg, cb]) = (self.color, self.codes);
         let mean =

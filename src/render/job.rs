@@ -278,7 +278,7 @@ impl Worker {
                 Job::Begin(rects) => self.begin(&rects, &mut batch),
                 Job::Go(tile, Step::Listed(number)) => self.pass(tile, number, &mut batch),
                 Job::Go(tile, Step::Round(number, plan)) => self.round(tile, number, plan.as_deref(), &mut batch),
-                Job::Go(tile, Step::Judge(number)) => self.judge(tile, number),
+                Job::Go(tile, Step::Judge(number)) => self.judge(tile, number, &mut batch),
             };
             if let Err(Leave) = done {
                 return;
@@ -287,8 +287,8 @@ impl Worker {
     }
 
     fn tracer(&self) -> Tracer<'_> {
-        let Shared { scene, sampler, filter, control, .. } = &*self.shared;
-        Tracer { scene, sampler: *sampler, filter: *filter, control }
+        let Shared { scene, sampler, filter, control, target, .. } = &*self.shared;
+        Tracer { scene, sampler: *sampler, filter: *filter, control, differences: target.is_some() }
     }
 
     /// Traces the first pass of some tiles.
@@ -377,7 +377,7 @@ impl Worker {
             (stats.squared_error, image.errors) = (Some(change), errors);
         }
         stats.cut = tile.cut();
-        stats.busy += judging.elapsed();
+        stats.busy += judging.elapsed() + std::mem::take(&mut batch.untold);
         stats.done = shared.begun.elapsed();
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
         if traced == Traced::Part {
@@ -405,11 +405,12 @@ impl Worker {
     }
 
     /// Judges the pixels of a tile after a round. Who judges the last one plans the next round.
-    fn judge(&self, mut tile: Tile, number: u32) -> Result<(), Leave> {
+    fn judge(&self, mut tile: Tile, number: u32, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
-        let mut census = Census::default();
-        tile.judge(&shared.round(map, None), &mut census);
+        let (mut census, judging) = (Census::default(), Instant::now());
+        tile.judge(&shared.round(map, None), batch, &mut census);
+        batch.untold += judging.elapsed();
         let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
         gathering.census.merge(&census);

@@ -26,16 +26,16 @@ pub enum Pass {
 pub(super) const COARSEST: u32 = 8;
 
 /// Samples that one pass adds at most, so that a pass is never long.
-const MAX_PER_PASS: u32 = 16;
+const MAX_PER_PASS: u32 = 32;
 
 impl Pass {
-    /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then sample counts that
-    /// double.
+    /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then up to 4, 16 and 32
+    /// samples, then by 32: after each pass the picture is told and judged, which costs as much as some samples.
     pub fn sequence(samples: u32) -> Vec<Pass> {
         let mut passes = Self::lattices();
         let mut from = 1;
         while from < samples {
-            let to = (from + from.min(MAX_PER_PASS)).min(samples);
+            let to = if from < 16 { 4 * from } else { from + from.min(MAX_PER_PASS) }.min(samples);
             passes.push(Pass::Refine { from, to });
             from = to;
         }

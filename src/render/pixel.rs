@@ -1,7 +1,7 @@
 //! The sums of one pixel, and how wrong its mean may be.
 
 use super::census::Group;
-use crate::math::{Rgb, linear_to_srgb};
+use crate::math::{Rgb, linear_to_srgb_near};
 use crate::shading::Sample;
 
 /// What is known of a pixel: sums over its samples, added in their order.
@@ -18,6 +18,9 @@ pub(super) struct Pixel {
     count: u32,
     /// Samples traced: the index of the next.
     traced: u32,
+    /// Sum of the weights of paths that were not followed.
+    cut: f32,
+    // What follows is known only if it is noted.
     /// Sum of squared differences from the mean, by channel (Welford).
     squares: [f32; 3],
     /// The same of the brightness.
@@ -27,8 +30,8 @@ pub(super) struct Pixel {
     /// Ray tree of the first sample, and whether others differ.
     tree: u32,
     mixed: bool,
-    /// Sum of the weights of paths that were not followed.
-    cut: f32,
+    /// About the rays of all samples.
+    cost: u32,
     /// Expected squared error by its own samples (0 with one sample).
     pub own: f32,
     /// What the last census made of it: its group, and its expected squared error (0 with one sample).
@@ -48,22 +51,30 @@ const BELIEF: f64 = 3.0;
 impl Pixel {
     /// Adds the next sample; whether it is finite. Others are counted and left out.
     pub fn add(&mut self, sample: &Sample) -> bool {
-        let index = self.traced;
         self.traced += 1;
+        self.cut += sample.cut as f32;
+        let is_finite = sample.radiance.is_finite();
+        if is_finite {
+            self.sum += sample.radiance;
+            self.count += 1;
+        }
+        is_finite
+    }
+
+    /// Notes how the next sample differs from those before, which only refinement asks for; to be called before it is added.
+    pub fn note(&mut self, sample: &Sample) {
+        let (index, x) = (self.traced, sample.radiance);
         if index == 0 {
             self.tree = sample.tree;
         }
         self.mixed |= sample.tree != self.tree;
-        self.cut += sample.cut as f32;
-        let x = sample.radiance;
+        self.cost = self.cost.saturating_add(sample.cost);
         if !x.is_finite() {
-            return false;
+            return;
         }
-        let before = self.sum / f64::from(self.count.max(1));
-        self.sum += x;
-        self.count += 1;
-        let after = self.sum / f64::from(self.count);
-        if self.count > 1 {
+        if self.count > 0 {
+            let before = self.sum / f64::from(self.count);
+            let after = (self.sum + x) / f64::from(self.count + 1);
             let product = |x: f64, before: f64, after: f64| ((x - before) * (x - after)) as f32;
             self.squares[0] += product(x.r, before.r, after.r);
             self.squares[1] += product(x.g, before.g, after.g);
@@ -76,7 +87,6 @@ impl Pixel {
             self.blocks = [a + b, c + d, 0.0, 0.0];
         }
         self.blocks[(index / block_size(index)) as usize] += brightness(x) as f32;
-        true
     }
 
     /// Samples traced.
@@ -99,6 +109,11 @@ impl Pixel {
         f64::from(self.cut) / f64::from(self.traced.max(1))
     }
 
+    /// About the rays that a sample takes.
+    pub fn cost(&self) -> f64 {
+        f64::from(self.cost.max(1)) / f64::from(self.traced.max(1))
+    }
+
     /// Hash of the ray tree; 0 where samples differ.
     pub fn tree(&self) -> u32 {
         if self.mixed { 0 } else { self.tree | 1 }
@@ -115,7 +130,7 @@ impl Pixel {
         let mean = self.mean();
         let square = |mean: f64, squares: f32| {
             let deviation = (f64::from(squares) * of_mean).sqrt();
-            (127.5 * (linear_to_srgb(mean + deviation) - linear_to_srgb(mean - deviation))).powi(2)
+            (127.5 * (linear_to_srgb_near(mean + deviation) - linear_to_srgb_near(mean - deviation))).powi(2)
         };
         let [r, g, b] = self.squares;
         (square(mean.r, r) + square(mean.g, g) + square(mean.b, b)) / 3.0

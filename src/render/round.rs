@@ -1,4 +1,10 @@
 //! One round of refinement: which pixels get more samples, and how wrong each is after it.
+//!
+//! How much there is to gain was computed from 256 samples of a part of the pixels. Were the true error of each pixel known
+//! for any number of samples, an error of 1 would take 10.4 rays a pixel of the demo at 1280x720 (uniform samples: 49.5; rounds:
+//! 12.6 of all of its pixels) and 72.6 of the sphereflake at 720x720 (uniform: 178; rounds: 78). Two sums a pixel, the
+//! second of paths that weigh less than 1/8, from fewer samples (multi-level Monte Carlo), would make it 10.0 and 67.5: too little
+//! for what it takes.
 
 use super::census::{Census, FALL, Plan};
 use super::map::{Fit, Look, Map};
@@ -18,7 +24,8 @@ pub(super) struct Round<'a> {
     pub limit: u32,
 }
 
-/// In round 1 one pixel of a square of this side is looked into.
+/// In round 1 one pixel of a square of this side is looked into. (With 16 at 1280x720 classes were known worse, and the demo
+/// took 3 % more rays for an error.)
 const LOT: u32 = 8;
 
 /// Whether the lot falls on a pixel in its square.
@@ -42,7 +49,7 @@ const CORNER: f64 = 0.25;
 const OPTIMISM: f64 = 4.0;
 
 /// The squared contrast, in codes, below which neighbours say nothing, and that which two ray trees are taken to have.
-const SMOOTH: f64 = 4.0;
+const SMOOTH: f32 = 4.0;
 const OTHER_TREE: f64 = 16.0;
 
 impl Round<'_> {
@@ -64,7 +71,7 @@ impl Round<'_> {
         let distance2 = self.map.look(x, y).distance2(look);
         let is_thin = self.map.first_look(x, y) > 0;
         // What thin objects hide until they are hit is no measure for other pixels.
-        if !is_thin {
+        if !is_thin && pixel.judged > 0.0 {
             census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
         }
         if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
@@ -89,33 +96,35 @@ impl Round<'_> {
         f64::from(error) * self.plan.map_or(1.0, |plan| plan.correction)
     }
 
-    /// Puts a pixel into the census when all tiles have been traced.
-    pub fn judge(&self, pixel: &mut Pixel, x: u32, y: u32, census: &mut Census) {
-        if !self.map.take_stale(x, y) {
+    /// Puts a pixel into the census when all tiles have been traced. `fit`: if it is stale.
+    pub fn judge(&self, pixel: &mut Pixel, fit: Option<Fit>, x: u32, y: u32, census: &mut Census) {
+        let Some(fit) = fit else {
             census.again(pixel.group, f64::from(pixel.judged));
             return;
-        }
+        };
         let traced = pixel.traced();
-        let fit = self.map.fit(x, y);
         if traced < JUDGED {
-            pixel.group = census.unchecked(fit);
+            pixel.group = census.unchecked(fit, pixel.cost());
             return;
         }
-        pixel.judged = (f64::from(pixel.own) + missed(pixel, fit)) as f32;
-        pixel.group = census.pixel(f64::from(pixel.judged), traced, self.limit.saturating_sub(traced));
+        pixel.judged = (f64::from(pixel.own) + self.missed(pixel, fit, x, y)) as f32;
+        let work = pixel.cost() * f64::from(traced);
+        pixel.group = census.pixel(f64::from(pixel.judged), work, self.limit > traced);
     }
-}
 
-/// Expected square of the error for what all samples of a pixel may have missed, as its neighbours show.
-fn missed(pixel: &Pixel, fit: Fit) -> f64 {
-    let n = f64::from(pixel.traced());
-    let error = match fit {
-        Fit { contrast2, here, other, .. } if contrast2 > SMOOTH => here.distance2_to_mix(other, MISSED / n),
-        Fit { same: false, .. } => OTHER_TREE * (MISSED / n).powi(2),
-        _ => return 0.0,
-    };
-    let is_plain = f64::from(pixel.own) * n * n.sqrt() < 1.0;
-    error * if is_plain { CORNER / n.sqrt() } else { 0.5 / n }
+    /// Expected square of the error for what all samples of a pixel may have missed, as its neighbours show.
+    fn missed(&self, pixel: &Pixel, fit: Fit, x: u32, y: u32) -> f64 {
+        let n = f64::from(pixel.traced());
+        let error = if fit.contrast2 > SMOOTH {
+            self.map.look(x, y).distance2_to_mix(self.map.other(x, y, fit), MISSED / n)
+        } else if !fit.same {
+            OTHER_TREE * (MISSED / n).powi(2)
+        } else {
+            return 0.0;
+        };
+        let is_plain = f64::from(pixel.own) * n * n.sqrt() < 1.0;
+        error * if is_plain { CORNER / n.sqrt() } else { 0.5 / n }
+    }
 }
 
 /// Something of the width w < 1 is not stratified by fewer than w^-2 samples, so that the variance falls as n^-1 only until

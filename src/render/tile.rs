@@ -3,7 +3,7 @@
 use super::census::Census;
 use super::control::{Control, Wait};
 use super::event::{Cut, ErrorChange, TileImage, TileStats};
-use super::map::{Look, Map};
+use super::map::{Look, Map, Window};
 use super::pass::{COARSEST, Pass};
 use super::pixel::{JUDGED, Pixel};
 use super::round::{Round, share_gained};
@@ -12,7 +12,7 @@ use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A rectangle of pixels of the film.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,6 +63,12 @@ pub(super) struct Batch {
     scratch: Scratch,
     /// What the pixels looked like before the pass.
     looks: Vec<Look>,
+    /// What is seen in and around a tile that is judged.
+    window: Window,
+    /// Which pixels of a row are to be judged anew.
+    stale: Vec<bool>,
+    /// Time for judging that no event has told.
+    pub untold: Duration,
     /// Pixels of a pass: which, how many samples they have and how many they are to have.
     wanted: Vec<(u32, u32, u32)>,
 }
@@ -75,6 +81,8 @@ pub(super) struct Tracer<'a> {
     /// How samples are spread over a pixel; `None`: all in its middle.
     pub filter: Option<Filter>,
     pub control: &'a Control,
+    /// Whether it is to be known how the samples of a pixel differ.
+    pub differences: bool,
 }
 
 /// How tracing ended.
@@ -212,7 +220,7 @@ impl Tile {
     pub(super) fn write(&self, map: &Map) {
         let Rect { x, y, width, .. } = self.rect;
         for (at, pixel) in (0..).zip(&self.pixels) {
-            map.write(x + at % width, y + at / width, Look::of(pixel));
+            map.begin(x + at % width, y + at / width, Look::of(pixel));
         }
     }
 
@@ -225,12 +233,25 @@ impl Tile {
     }
 
     /// Judges all pixels when all tiles have been traced.
-    pub(super) fn judge(&mut self, round: &Round, census: &mut Census) {
+    pub(super) fn judge(&mut self, round: &Round, batch: &mut Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
-        let mut sum = 0.0;
-        for (at, pixel) in (0..).zip(&mut self.pixels) {
-            round.judge(pixel, x + at % width, y + at / width, census);
-            sum += f64::from(pixel.judged);
+        let Batch { window, stale, .. } = batch;
+        let (mut sum, mut is_there) = (0.0, false);
+        for (row, line) in (0..).zip(self.pixels.chunks_mut(width as usize)) {
+            stale.clear();
+            stale.extend((x..x + width).map(|x| round.map.take_stale(x, y + row)));
+            if let Some(first) = stale.iter().position(|stale| *stale) {
+                let end = stale.iter().rposition(|stale| *stale).map_or(0, |last| last + 1);
+                if !std::mem::replace(&mut is_there, true) {
+                    round.map.look_around(self.rect, window);
+                }
+                window.fit(row as usize, first, end);
+            }
+            for ((column, pixel), stale) in (0..).zip(line).zip(&*stale) {
+                let fit = stale.then(|| window.fits[column as usize]);
+                round.judge(pixel, fit, x + column, y + row, census);
+                sum += f64::from(pixel.judged);
+            }
         }
         self.told = Some(sum);
     }
@@ -269,19 +290,20 @@ impl Tile {
     }
 
     /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too; and how
-    /// the sum of their squares has changed. The pixels' own variances only tell how it is shared among them.
+    /// the sum of their squares has changed.
     pub(super) fn own_errors(&mut self, batch: &Batch, pass: Pass) -> Option<(ErrorChange, Vec<f32>)> {
         let Pass::Refine { from, to } = pass else { return None };
         if batch.looks.is_empty() {
             return None;
         }
-        let changes = self.pixels.iter().zip(&batch.looks).map(|(pixel, before)| before.distance2(Look::of(pixel)));
         let gained = share_gained(from, to);
-        let now = changes.sum::<f64>() / gained * (1.0 - gained);
-        let change = ErrorChange { before: self.told.replace(now), now };
-        let variances = || self.pixels.iter().map(Pixel::variance);
-        let scale = now / variances().sum::<f64>().max(1e-9);
-        Some((change, variances().map(|variance| (variance * scale).sqrt() as f32).collect()))
+        let (mut now, mut errors) = (0.0, Vec::with_capacity(self.pixels.len()));
+        for (pixel, before) in self.pixels.iter().zip(&batch.looks) {
+            let error2 = before.distance2(Look::of(pixel)) / gained * (1.0 - gained);
+            now += error2;
+            errors.push(error2.sqrt() as f32);
+        }
+        Some((ErrorChange { before: self.told.replace(now), now }, errors))
     }
 
     /// The pixels as they are known: those of the finest lattice so far, each the mean of its samples.
@@ -345,7 +367,7 @@ impl Work<'_> {
 
     /// Traces the samples that wait, and adds them in their order.
     fn trace(&mut self, tiles: &mut [Tile]) -> Traced {
-        let Self { tracer: Tracer { scene, sampler, control, .. }, batch, stats, start } = self;
+        let Self { tracer: Tracer { scene, sampler, control, differences, .. }, batch, stats, start } = self;
         batch.samples.resize(batch.points.len(), Sample::default());
         stats.rays += loop {
             control.look_at_the_clock();
@@ -366,7 +388,11 @@ impl Work<'_> {
         };
         stats.samples += batch.points.len() as u64;
         for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {
-            if !tiles[tile as usize].pixels[at as usize].add(sample) {
+            let pixel = &mut tiles[tile as usize].pixels[at as usize];
+            if *differences {
+                pixel.note(sample);
+            }
+            if !pixel.add(sample) {
                 stats.non_finite += 1;
             }
             stats.overfull += u64::from(sample.overfull);
@@ -377,8 +403,8 @@ impl Work<'_> {
     }
 }
 
-/// Where on the film sample `index` of a pixel is; without a filter in the pixel's middle.
-pub(super) fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
+/// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the pixel's middle.
+pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {
         None => (0.5, 0.5),

@@ -2,7 +2,7 @@
 
 use super::{Object, Scene, Shape};
 use crate::description::{Background, Falloff, LightKind};
-use crate::math::Rgb;
+use crate::math::{Rgb, STEEPEST};
 use glam::DVec3;
 
 impl Scene {
@@ -11,8 +11,8 @@ impl Scene {
     /// material has k_r + k_t >= 1, or a light that falls off with distance may be as close to a surface as you like.
     pub(super) fn bound_radiance(&self) -> Option<f64> {
         let background = match self.world.background {
-            Background::Solid(color) => largest(color),
-            Background::Gradient { top, bottom } => largest(top).max(largest(bottom)),
+            Background::Solid(color) => color.largest(),
+            Background::Gradient { top, bottom } => top.largest().max(bottom.largest()),
         };
         let mut lights = Rgb::BLACK;
         for light in &self.lights {
@@ -37,7 +37,7 @@ impl Scene {
             let color = material.brightest();
             let own = self.world.ambient * color * material.ambient
                 + lights * (color * material.diffuse + Rgb::grey(material.specular));
-            bound = bound.max(largest(own) / (1.0 - gain));
+            bound = bound.max(own.largest() / (1.0 - gain));
         }
         bound.is_finite().then_some(bound)
     }
@@ -49,6 +49,13 @@ impl Scene {
         let brightest = self.largest_radiance.unwrap_or(1.0).max(1e-6);
         self.render.error.map_or(NEGLIGIBLE, |error| (error / STEEP / brightest).clamp(NEGLIGIBLE, 1.0 / 16.0))
     }
+
+    /// What a sample may leave unasked of its lights: taken for half lit, it changes no pixel by more than half a code, nor by
+    /// more than half of the error to reach, were the pixel black. Where radiance has no bound, weights are no shares.
+    pub(super) fn bound_spare_light(&self) -> f64 {
+        let error = self.render.error.filter(|_| self.largest_radiance.is_some());
+        error.map_or(0.0, |error| error.min(1.0) / STEEPEST)
+    }
 }
 
 /// Keeps ray trees from growing without end and changes nothing that a film can hold.
@@ -56,10 +63,6 @@ const NEGLIGIBLE: f64 = 1.0 / 1_048_576.0;
 
 /// 8-bit codes for a unit of linear light at a code of 60: darker places are steeper, most of a picture is flatter.
 const STEEP: f64 = 640.0;
-
-fn largest(color: Rgb) -> f64 {
-    color.r.max(color.g).max(color.b)
-}
 
 impl Object {
     /// No point of the surface is closer to `point` than this.

@@ -152,6 +152,7 @@ fn compile_with(
         described_materials: desc.materials.len(),
         largest_radiance: None,
         least_weight: 0.0,
+        spare_light: 0.0,
         summary: Summary { load_time, build_time, ..Summary::default() },
         geometry,
         object_materials,
@@ -167,6 +168,7 @@ fn compile_with(
     }
     scene.largest_radiance = scene.bound_radiance();
     scene.least_weight = scene.bound_weight();
+    scene.spare_light = scene.bound_spare_light();
     scene.describe(desc);
     Ok(scene)
 }

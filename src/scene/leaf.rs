@@ -68,6 +68,7 @@ impl<K: TreeKernels> Closest<'_, K> {
 
 impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
     type Source = (&'a Scene, Option<Hit>);
+    type Found = Option<Hit>;
     const ANY_HIT: bool = false;
 
     #[inline(always)]
@@ -82,6 +83,11 @@ impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
         *t_max = self.take(hit, *t_max);
         false
     }
+
+    #[inline(always)]
+    fn found(self, _ended: bool) -> Option<Hit> {
+        self.best
+    }
 }
 
 /// Finds an object that a ray meets.
@@ -94,6 +100,7 @@ pub(super) struct AnyOccluder<'a, K> {
 
 impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
     type Source = &'a Geometry;
+    type Found = Option<u32>;
     const ANY_HIT: bool = true;
 
     #[inline(always)]
@@ -113,6 +120,11 @@ impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
         }
         met
     }
+
+    #[inline(always)]
+    fn found(self, _ended: bool) -> Option<u32> {
+        self.occluder
+    }
 }
 
 /// Asks every object, and ends at the first that says yes.
@@ -123,6 +135,8 @@ pub(super) struct AnyObject<'a, F> {
 
 impl<'a, F: Fn(&Leaf) -> bool> LeafVisitor for AnyObject<'a, F> {
     type Source = (&'a [Leaf], &'a F);
+    /// Whether one has said yes.
+    type Found = bool;
     const ANY_HIT: bool = true;
 
     #[inline(always)]
@@ -133,5 +147,10 @@ impl<'a, F: Fn(&Leaf) -> bool> LeafVisitor for AnyObject<'a, F> {
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
         (self.ask)(&self.leaves[block as usize])
+    }
+
+    #[inline(always)]
+    fn found(self, ended: bool) -> bool {
+        ended
     }
 }

@@ -111,11 +111,13 @@ impl Mesh {
     }
 
     /// The closest hit of a ray of object space; of hits at the same t the smallest index.
+    #[inline(always)]
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<TriangleHit> {
         self.tree.intersect::<K>(ray)
     }
 
     /// Whether a ray of object space meets any triangle.
+    #[inline(always)]
     pub fn occluded<K: TreeKernels>(&self, ray: &Ray) -> bool {
         self.tree.occluded::<K>(ray)
     }

@@ -67,6 +67,8 @@ pub struct Scene {
     pub largest_radiance: Option<f64>,
     /// Paths of less weight than this are not followed (Hall and Greenberg 1983).
     pub least_weight: f64,
+    /// Radiance of a sample that may hang on shadow rays which are not traced; none without an error to reach.
+    pub spare_light: f64,
     geometry: Arc<Geometry>,
     /// Material of each `[[object]]`.
     object_materials: Vec<ObjectMaterial>,

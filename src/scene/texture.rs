@@ -2,7 +2,7 @@
 
 use crate::assets::Image;
 use crate::description::Wrap;
-use crate::math::{Rgb, srgb8_to_linear};
+use crate::math::{Rgb, floor, srgb8_to_linear};
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ impl Texture {
         match &self.source {
             Source::Image(image, wrap) => bilinear(image, *wrap, uv),
             Source::Checker { colors, size } => {
-                let cell = (uv / *size).floor();
+                let cell = (uv / *size).map(floor);
                 colors[usize::from(modulo_2(cell.x + cell.y) == 1.0)]
             }
         }
@@ -56,7 +56,7 @@ impl Texture {
 
 /// The remainder in 0..2, exact. (`rem_euclid` calls the library's `fmod`.)
 fn modulo_2(t: f64) -> f64 {
-    t - 2.0 * (t / 2.0).floor()
+    t - 2.0 * floor(t / 2.0)
 }
 
 /// The four nearest texels, weighted, in linear light. v = 0 is the lower edge of the lowest row.
@@ -69,7 +69,7 @@ fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
         let n = f64::from(n);
         // Whole periods carry no information; without them the arithmetic below is exact enough at any distance.
         let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { modulo_2(t) } * n - 0.5;
-        (x.floor(), x - x.floor())
+        (floor(x), x - floor(x))
     };
     let (i, fx) = place(uv.x, image.width);
     let (j, fy) = place(1.0 - uv.y, image.height);

@@ -59,8 +59,7 @@ impl Scene {
         let mut unbounded = Closest::<K>::new((self, None), ray);
         let t_max = geometry.unbounded.iter().fold(ray.t_max, |t_max, &index| unbounded.test(index, t_max));
         let best = unbounded.best;
-        let (_, bounded) = geometry.tree.traverse::<K::Boxes, Closest<K>>(&Ray { t_max, ..*ray }, (self, best));
-        bounded.map_or(best, |closest| closest.best)
+        geometry.tree.traverse::<K::Boxes, Closest<K>>(&Ray { t_max, ..*ray }, (self, best))
     }
 
     /// Whether a world-space ray meets anything before its end.
@@ -76,7 +75,7 @@ impl Scene {
             return self.near(ray).find(|&index| occludes(index));
         }
         let plane = geometry.unbounded.iter().copied().find(|&index| occludes(index));
-        plane.or_else(|| geometry.tree.traverse::<K::Boxes, AnyOccluder<K>>(ray, geometry).1?.occluder)
+        plane.or_else(|| geometry.tree.traverse::<K::Boxes, AnyOccluder<K>>(ray, geometry))
     }
 
     /// Asks the objects that a ray may meet until one says yes.
@@ -87,7 +86,7 @@ impl Scene {
             return self.near(ray).any(ask_one);
         }
         geometry.unbounded.iter().any(|&index| ask_one(index))
-            || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.leaves, ask)).0
+            || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.leaves, ask))
     }
 
     /// The objects whose bounding spheres a ray passes.

@@ -15,6 +15,7 @@ struct Follow<'a, K, const ANY: bool> {
 
 impl<'a, K: TreeKernels, const ANY: bool> LeafVisitor for Follow<'a, K, ANY> {
     type Source = (&'a Scene, Option<Hit>);
+    type Found = u64;
     const ANY_HIT: bool = ANY;
 
     #[inline(always)]
@@ -36,6 +37,11 @@ impl<'a, K: TreeKernels, const ANY: bool> LeafVisitor for Follow<'a, K, ANY> {
         *t_max = self.closest.test(index, *t_max);
         false
     }
+
+    #[inline(always)]
+    fn found(self, _ended: bool) -> u64 {
+        self.visits
+    }
 }
 
 impl Scene {
@@ -53,7 +59,8 @@ impl Scene {
             return 0;
         }
         let source = (self, planes.best);
-        let counted = geometry.tree.traverse::<K::Boxes, Counted<Follow<K, ANY>>>(&Ray { t_max, ..*ray }, source).1;
-        counted.map_or(0, |counted| counted.visits + counted.visitor.visits)
+        let ray = Ray { t_max, ..*ray };
+        let (visits, in_meshes) = geometry.tree.traverse::<K::Boxes, Counted<Follow<K, ANY>>>(&ray, source);
+        visits + in_meshes
     }
 }

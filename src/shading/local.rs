@@ -1,14 +1,20 @@
 //! The light that surfaces send toward the viewer by themselves: ambient, diffuse and highlights.
+//!
+//! With an error to reach, no shadow ray is traced where what hangs on it is too little: weight of the path times all that the
+//! light can bring there. It is taken for half lit, which is wrong by half of that at most. Each sample may leave
+//! [`Scene::spare_light`] unasked in all, a light no more than half of what is left of it: so many lights together are
+//! wrong by no more than one, and small terms find room after large ones. Spent in the order of the sample's own ray tree, it
+//! depends on nothing else in the packet.
 
 use super::crossing::{Crossing, cross, slack};
-use super::packet::{Beam, Level, Lighting, Surface};
+use super::packet::{Beam, Level, Lighting, Path, Surface};
 use super::record::Recorder;
 use super::sampler::terms;
 use crate::bvh::TreeKernels;
 use crate::description::Shadows;
 use crate::geometry::{Hit, Ray};
 use crate::math::Rgb;
-use crate::scene::{Light, MediumStack, PacketScratch, Scene, Way};
+use crate::scene::{Light, Material, MediumStack, PacketScratch, Scene, Way};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Adds k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s to the sums of a packet, light after light. Returns how many
@@ -26,7 +32,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        lighting.gather::<K, TERMS>(light);
+        lighting.gather::<K, TERMS>(scene, light, &level.paths);
         if TERMS & terms::SHADOWS != 0 {
             traced += lighting.shadow_rays.len() as u64;
             if TERMS & terms::GLASS != 0 && scene.has_media() && scene.render.shadows == Shadows::Filtered {
@@ -35,16 +41,15 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
                 lighting.occlude::<K>(scene, packets);
             }
         }
+        lighting.beams.append(&mut lighting.unasked);
         recorder.light::<K>(scene, index, lighting);
         for beam in lighting.beams.iter().filter(|beam| beam.part != 0.0) {
             let surface = &lighting.surfaces[beam.surface as usize];
             let material = &scene.materials[surface.material as usize];
-            let diffuse = surface.color * (material.diffuse * beam.cosine);
+            let diffuse = diffuse(material, surface, beam);
             let (mut response, mut specular) = (diffuse, 0.0);
             if TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
-                let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
-                let highlight = K::highlight(mirrored.dot(surface.view), material.shininess);
-                specular = material.specular * highlight;
+                specular = highlight::<K>(material, surface, beam);
                 response += Rgb::grey(specular);
             }
             let sum = beam.radiance * response * beam.part;
@@ -55,16 +60,45 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
     traced
 }
 
+/// k_d (n, l) C
+fn diffuse(material: &Material, surface: &Surface, beam: &Beam) -> Rgb {
+    surface.color * (material.diffuse * beam.cosine)
+}
+
+/// k_s (v, r)^s
+fn highlight<K: TreeKernels>(material: &Material, surface: &Surface, beam: &Beam) -> f64 {
+    let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
+    material.specular * K::highlight(mirrored.dot(surface.view), material.shininess)
+}
+
 impl Lighting {
-    /// What a light sends to the surfaces that it is in front of, and the shadow rays.
-    fn gather<K: TreeKernels, const TERMS: u8>(&mut self, light: &Light) {
+    /// What a light sends to the surfaces that it is in front of, and the shadow rays. `paths`: those of the packet.
+    fn gather<K: TreeKernels, const TERMS: u8>(&mut self, scene: &Scene, light: &Light, paths: &[Path]) {
         self.beams.clear();
         self.shadow_rays.clear();
-        for (surface, Surface { point, shadow_start, normal, .. }) in (0..).zip(&self.surfaces) {
+        for (number, surface) in (0..).zip(&self.surfaces) {
+            let Surface { point, shadow_start, normal, .. } = surface;
             let Some(light) = light.illuminate(*point) else { continue };
             let cosine = normal.dot(light.direction);
             if cosine <= 0.0 {
                 continue;
+            }
+            let (direction, radiance) = (light.direction, light.radiance);
+            let beam = Beam { surface: number, direction, cosine, radiance, part: 1.0, doubt: 0.0 };
+            let path = &paths[surface.index as usize];
+            if let (true, Some(spent)) = (TERMS & terms::SHADOWS != 0, self.spent.get_mut(path.sample as usize)) {
+                let material = &scene.materials[surface.material as usize];
+                let room = 0.5 * (scene.spare_light - *spent);
+                let mut most = path.weight * (radiance * diffuse(material, surface, &beam)).largest();
+                // A power, so only if there is need of it.
+                if most <= room && TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
+                    most += path.weight * radiance.largest() * highlight::<K>(material, surface, &beam);
+                }
+                if most <= room {
+                    *spent += most;
+                    self.unasked.push(Beam { part: 0.5, doubt: 0.5 * most, ..beam });
+                    continue;
+                }
             }
             if TERMS & terms::SHADOWS != 0 {
                 let ray = match light.position {
@@ -74,7 +108,7 @@ impl Lighting {
                 let Some(ray) = ray else { continue };
                 self.shadow_rays.push(ray);
             }
-            self.beams.push(Beam { surface, direction: light.direction, cosine, radiance: light.radiance, part: 1.0 });
+            self.beams.push(beam);
         }
     }
 

@@ -58,15 +58,19 @@ pub(super) struct Branches {
 #[derive(Debug, Default)]
 pub(super) struct Lighting {
     pub surfaces: Vec<Surface>,
-    /// From the light in question.
+    /// From the light in question: first those that a shadow ray is traced for.
     pub beams: Vec<Beam>,
-    /// Toward it, one a beam.
+    /// Those for which none is.
+    pub unasked: Vec<Beam>,
+    /// Toward the light, one a beam.
     pub shadow_rays: Vec<Ray>,
     pub occluded: Vec<bool>,
     /// As far as glass lets light through.
     pub ways: Vec<Way>,
     /// With transparent objects along a shadow ray.
     pub glass: Vec<Hit>,
+    /// Light that was not asked for, by sample: what it would bring to the sample, were all lit. Empty if none is to be spared.
+    pub spent: Vec<f64>,
 }
 
 /// A surface that light can fall on.
@@ -96,6 +100,8 @@ pub(super) struct Beam {
     pub radiance: Rgb,
     /// The part of it that arrives.
     pub part: f64,
+    /// By how much that part may be wrong, as radiance of the sample; 0 if it is known.
+    pub doubt: f64,
 }
 
 impl<R> Scratch<R> {

@@ -35,6 +35,10 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     if TERMS & terms::MIRRORS != 0 && scene.render.error.is_some() {
         tails.resize(samples.len(), Tail::default());
     }
+    lighting.spent.clear();
+    if TERMS & terms::SHADOWS != 0 && scene.spare_light > 0.0 {
+        lighting.spent.resize(samples.len(), 0.0);
+    }
     let first = &mut levels[0];
     first.clear();
     for (sample, point) in (0..).zip(points) {
@@ -52,6 +56,11 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     tracer.recorder.end(&levels[0]);
     for (sample, &sum) in samples.iter_mut().zip(&levels[0].sums) {
         sample.radiance = sum;
+    }
+    // Half of it was taken, so that it is wrong by the other half at most.
+    let doubt = 0.5 / scene.largest_radiance.unwrap_or(f64::INFINITY);
+    for (sample, spent) in samples.iter_mut().zip(&lighting.spent).filter(|(_, spent)| **spent > 0.0) {
+        sample.cut += spent * doubt;
     }
     for (sample, tail) in samples.iter_mut().zip(tails) {
         sample.tail = tail.estimate(scene.largest_radiance);
@@ -143,11 +152,12 @@ impl<R: Recorder> Tracer<'_, R> {
         }
         let Some(interaction) = met else {
             level.sums[index] = scene.background(ray.direction);
+            self.samples[level.paths[index].sample as usize].cost += 1;
             return;
         };
         let material = &scene.materials[interaction.material as usize];
         let Path { sample, weight, .. } = level.paths[index];
-        self.samples[sample as usize].meet(&interaction, depth);
+        self.samples[sample as usize].meet(&interaction, depth, scene.lights.len());
         let side = if interaction.entering { 1.0 } else { -1.0 };
         let normal = interaction.shading_normal * side;
         let color = material.color(|| scene.uv(&interaction));

@@ -130,6 +130,8 @@ pub struct LightTerm {
     pub behind: bool,
     /// The part of it that arrives.
     pub part: f64,
+    /// 8-bit codes that the sample may change by at most, since no shadow ray was traced: half of the light is taken.
+    pub unasked: Option<f64>,
     /// The first thing between the surface and the light, if that takes some of it.
     pub shadow_of: Option<String>,
     /// (n, l)
@@ -214,12 +216,13 @@ impl RayTree {
         let k = &s.coefficients;
         line(depth + 1, Emphasis::Term, format!("k_a I_a C = {} (k_a {})", color(s.ambient), number(k.k_a)));
         for light in &s.lights {
-            let state = match (&light.shadow_of, light.behind) {
-                (_, true) => "behind the surface".into(),
-                (Some(object), _) if light.part == 0.0 => format!("in shadow of {object}"),
-                (Some(object), _) => format!("{} % through {object}", number(100.0 * light.part)),
-                (None, _) if light.part == 0.0 => "in shadow".into(),
-                (None, _) => format!("visible, cosine {}", number(light.cosine)),
+            let state = match (light.unasked, &light.shadow_of, light.behind) {
+                (Some(codes), ..) => format!("not asked: at most {} codes", number(codes)),
+                (.., true) => "behind the surface".into(),
+                (_, Some(object), _) if light.part == 0.0 => format!("in shadow of {object}"),
+                (_, Some(object), _) => format!("{} % through {object}", number(100.0 * light.part)),
+                (_, None, _) if light.part == 0.0 => "in shadow".into(),
+                (_, None, _) => format!("visible, cosine {}", number(light.cosine)),
             };
             line(depth + 1, Emphasis::Term, format!("light {}: {state}", light.light));
             if light.part != 0.0 {

@@ -5,7 +5,7 @@ use super::ray_tree::{Branch, Coefficients, Cut, End, LightTerm, Medium, Passed,
 use crate::bvh::TreeKernels;
 use crate::description::{SceneDesc, Target};
 use crate::geometry::{Hit, SurfaceInteraction};
-use crate::math::Rgb;
+use crate::math::{Rgb, STEEPEST};
 use crate::scene::{MediumStack, Scene, Shape};
 
 /// Hears what the tracer does, in its order. `()` hears nothing and costs nothing: the tracer is compiled for each
@@ -162,6 +162,7 @@ impl Recorder for TreeRecorder<'_> {
             light: name,
             behind: beam.is_none(),
             part: beam.map_or(0.0, |beam| beam.part),
+            unasked: beam.filter(|beam| beam.doubt > 0.0).map(|beam| beam.doubt * STEEPEST),
             shadow_of,
             cosine: beam.map_or(0.0, |beam| beam.cosine),
             diffuse: Rgb::BLACK,

@@ -45,7 +45,10 @@ pub struct Sample {
     pub normal: Vec3,
     /// Hash of all surfaces that the ray tree meets, in order: samples of equal trees differ smoothly.
     pub tree: u32,
-    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing.
+    /// About the rays that it takes: one a path, and one a light wherever that meets a surface.
+    pub cost: u32,
+    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing, and of what
+    /// lights may be wrong by that were not asked for: as weight of the largest radiance of the scene.
     pub cut: f64,
     /// Whether a ray was inside of more transparent bodies at once than are kept track of.
     pub overfull: bool,
@@ -55,7 +58,8 @@ pub struct Sample {
 
 impl Sample {
     /// Notes a surface that the ray tree meets at this depth.
-    pub(super) fn meet(&mut self, interaction: &SurfaceInteraction, depth: u32) {
+    pub(super) fn meet(&mut self, interaction: &SurfaceInteraction, depth: u32, lights: usize) {
+        self.cost += 1 + lights as u32;
         // The parts of a mesh are told apart by their normals.
         let surface = interaction.hit.object + 1;
         if depth == 0 {

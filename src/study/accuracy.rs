@@ -116,6 +116,8 @@ impl Sweep {
 /// What a setting came to.
 struct Outcome {
     setting: Setting,
+    /// By round.
+    times: Vec<f64>,
     seconds: Stats,
     error: Difference,
     rays: u64,
@@ -172,9 +174,9 @@ pub fn accuracy(desc: &SceneDesc, sweep: &Sweep, cache: &Path, console: &Console
     console.clear();
     let mut outcomes = Vec::new();
     for ((setting, runs), found) in settings.iter().zip(&runs).zip(errors) {
-        let seconds: Vec<f64> = runs.iter().map(|run| run.value.as_secs_f64()).collect();
-        if let (Some(seconds), Some((error, rays))) = (Stats::of(&seconds), found) {
-            outcomes.push(Outcome { setting: *setting, seconds, error, rays, on_front: false });
+        let times: Vec<f64> = runs.iter().map(|run| run.value.as_secs_f64()).collect();
+        if let (Some(seconds), Some((error, rays))) = (Stats::of(&times), found) {
+            outcomes.push(Outcome { setting: *setting, times, seconds, error, rays, on_front: false });
         }
     }
     mark_front(&mut outcomes);
@@ -247,6 +249,55 @@ fn cheapest(outcomes: &[Outcome], below: f64) -> Option<&Outcome> {
     good.min_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median))
 }
 
+/// What the scene's own settings cost until the error is `below`, with uniform and with adaptive sampling.
+struct Gain {
+    /// Seconds.
+    uniform: Stats,
+    adaptive: Stats,
+    /// Uniform over adaptive time, in each round.
+    ratio: Stats,
+    /// The same of rays.
+    rays: f64,
+}
+
+impl Gain {
+    /// `None` if one of them does not pass through that error.
+    fn at(below: f64, own: Setting, outcomes: &[Outcome]) -> Option<Self> {
+        let of_own = |outcome: &&Outcome| Setting { sampling: own.sampling, ..outcome.setting } == own;
+        let (adaptive, uniform): (Vec<&Outcome>, Vec<&Outcome>) = outcomes
+            .iter()
+            .filter(of_own)
+            .partition(|outcome| matches!(outcome.setting.sampling, Sampling::Adaptive(_)));
+        let cost = |curve: &[&Outcome], cost: &dyn Fn(&Outcome) -> f64| {
+            let points: Vec<(f64, f64)> = curve.iter().map(|outcome| (cost(outcome), outcome.error.rmse)).collect();
+            cost_of(below, &points)
+        };
+        let rounds = uniform.first()?.times.len();
+        let in_rounds = |curve: &[&Outcome]| -> Option<Vec<f64>> {
+            (0..rounds).map(|round| cost(curve, &|outcome| outcome.times[round])).collect()
+        };
+        let (slow, quick) = (in_rounds(&uniform)?, in_rounds(&adaptive)?);
+        let ratios: Vec<f64> = slow.iter().zip(&quick).map(|(slow, quick)| slow / quick).collect();
+        let rays = |curve: &[&Outcome]| cost(curve, &|outcome| outcome.rays as f64);
+        Some(Self {
+            uniform: Stats::of(&slow)?,
+            adaptive: Stats::of(&quick)?,
+            ratio: Stats::of(&ratios)?,
+            rays: rays(&uniform)? / rays(&adaptive)?,
+        })
+    }
+}
+
+/// What an error costs on a curve through points of cost and error: between two of them as a power law.
+fn cost_of(error: f64, points: &[(f64, f64)]) -> Option<f64> {
+    let mut points = points.to_vec();
+    points.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let after = points.iter().position(|point| point.1 <= error)?;
+    let ((cheap, large), (dear, small)) = (points[after.checked_sub(1)?], points[after]);
+    let part = if large > small { (large / error).ln() / (large / small).ln() } else { 1.0 };
+    Some(cheap * (dear / cheap).powf(part))
+}
+
 fn tell(report: &mut Report, own: Setting, sweep: &Sweep, outcomes: &[Outcome], reference: &Reference) {
     let columns = ["setting", "time (s)", "MAD (s)", "RMSE (codes)", "PSNR (dB)", "FLIP", "rays", "front"];
     let row = |outcome: &Outcome| {
@@ -280,6 +331,20 @@ fn tell(report: &mut Report, own: Setting, sweep: &Sweep, outcomes: &[Outcome], 
         ),
         None => format!("No setting comes below {} codes; the smallest is {}.", sweep.below, four_figures(smallest)),
     });
+    let gain = Gain::at(sweep.below, own, outcomes);
+    if let Some(gain) = &gain {
+        report.notes.push(format!(
+            "To {} codes with the scene's own settings: {} s with uniform samples, {} s where the picture is wrong: {} \
+             times shorter (median of the rounds, MAD {}), with {} times fewer rays. Between two measured errors the cost \
+             is taken for a power of the error.",
+            sweep.below,
+            four_figures(gain.uniform.median),
+            four_figures(gain.adaptive.median),
+            four_figures(gain.ratio.median),
+            four_figures(gain.ratio.mad),
+            four_figures(gain.rays),
+        ));
+    }
     report.notes.push(format!(
         "Reference: {} numerics, depth {}, {} samples a pixel{}; its own error is at most about {} codes, {} of the \
          smallest measured.",
@@ -309,6 +374,9 @@ fn tell(report: &mut Report, own: Setting, sweep: &Sweep, outcomes: &[Outcome], 
         },
         "below": sweep.below,
         "cheapest": answer.map(entry),
+        "gain": gain.map(|gain| json!({
+            "uniform_seconds": gain.uniform, "adaptive_seconds": gain.adaptive, "ratio": gain.ratio, "rays": gain.rays,
+        })),
         "settings": outcomes.iter().map(entry).collect::<Vec<_>>(),
     });
     let kinds = [
@@ -385,6 +453,7 @@ mod tests {
     fn outcome(time: f64, rmse: f64) -> Outcome {
         Outcome {
             setting: Setting::of(&RenderDesc::default()),
+            times: vec![time],
             seconds: Stats::of(&[time]).unwrap(),
             error: Difference { rmse, rmse_linear: 0.0, psnr: 0.0, max: 0.0, flip: 0.0 },
             rays: 0,
@@ -401,6 +470,24 @@ mod tests {
         assert_eq!(front, [true, true, false, false, false, true, true]);
         let time = |below| cheapest(&outcomes, below).map(|outcome| outcome.seconds.median);
         assert_eq!((time(100.0), time(3.5), time(2.0), time(0.1)), (Some(1.0), Some(2.0), Some(9.0), None));
+    }
+
+    #[test]
+    fn the_gain_is_the_ratio_of_costs_at_the_same_error() {
+        // 8 / n^(3/4) codes for n seconds, and a fifth of the time for the same.
+        let own = Setting { sampling: Sampling::Uniform(1), ..Setting::of(&RenderDesc::default()) };
+        let error = |n: f64| 8.0 / n.powf(0.75);
+        let of = |sampling, time: f64, rmse| Outcome { setting: Setting { sampling, ..own }, ..outcome(time, rmse) };
+        let uniform = [1u32, 4, 16, 64].map(|n| of(Sampling::Uniform(n), n.into(), error(n.into())));
+        let adaptive = [4.0, 0.5].map(|e: f64| of(Sampling::Adaptive(e), (8.0 / e).powf(4.0 / 3.0) / 5.0, e));
+        let mut outcomes: Vec<Outcome> = uniform.into_iter().chain(adaptive).collect();
+        let gain = Gain::at(1.0, own, &outcomes).unwrap();
+        assert!((gain.uniform.median - 16.0).abs() < 1e-9 && (gain.ratio.median - 5.0).abs() < 1e-9);
+        // Beyond what was measured nothing is known.
+        assert!(Gain::at(0.1, own, &outcomes).is_none() && Gain::at(8.1, own, &outcomes).is_none());
+        // Other settings are no part of it.
+        outcomes.push(Outcome { setting: Setting { max_depth: 1, ..own }, ..outcome(1e-3, 1.0) });
+        assert!((Gain::at(1.0, own, &outcomes).unwrap().ratio.median - 5.0).abs() < 1e-9);
     }
 
     #[test]

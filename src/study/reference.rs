@@ -51,8 +51,9 @@ pub(super) fn reference(
     if let Some(found) = load(&file, max_depth).filter(|found| is_enough(found) || found.samples >= most) {
         return Ok(found);
     }
-    // Half of the samples must be the end of a pass, and passes end at multiples of 16 from there on.
-    let mut samples = (16 * samples).max(64).next_power_of_two().min(most.max(32));
+    // Half of the samples must be the end of a pass: from 16 on powers of two are.
+    let most = 1 << most.max(32).ilog2();
+    let mut samples = (16 * samples).max(64).next_power_of_two().min(most);
     loop {
         let render_desc = RenderDesc { numerics: Numerics::Reference, max_depth, samples, error: None, ..desc.render };
         let scene = Arc::new(compile(&SceneDesc { render: render_desc, ..desc.clone() }, Some(base))?);

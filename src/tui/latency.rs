@@ -5,14 +5,15 @@
 //! is still refined, since that is how people edit.
 
 use super::Options;
-use super::app::App;
+use super::app::{Activity, App};
 use super::color::ColorMode;
 use super::engine::Engine;
 use super::event::{Effect, Event};
 use super::key::{Code, Key};
+use super::writer::{Frame, Screen};
 use crate::description::{SceneDesc, Target};
 use crate::math::SplitMix64;
-use crate::render::{Settings, start};
+use crate::render::{Film, Settings, start};
 use crate::scene::{CompileError, Scene, compile_for};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -78,20 +79,57 @@ const PAUSES: std::ops::Range<f64> = 0.02..0.12;
 /// Longest a picture is waited for.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// What showing a whole render took.
+#[derive(Debug)]
+pub struct Shown {
+    /// The picture.
+    pub film: Arc<Film>,
+    /// From the start to the end of the render.
+    pub time: Duration,
+    /// Frames that were painted.
+    pub frames: usize,
+    /// What a terminal would have been sent.
+    pub bytes: usize,
+}
+
+/// Renders the scene to its end while the interface paints it and turns it into what a terminal is sent. `None` if the render fails.
+pub fn show(options: Options, size: (u16, u16)) -> Result<Option<Shown>, CompileError> {
+    let mut bench = Bench::start(options, size)?;
+    let (mut screen, mut frames, mut bytes) = (Screen::default(), 0, 0);
+    let begun = Instant::now();
+    while !matches!(bench.app().activity(), Activity::Finished | Activity::Failed) {
+        let effects = bench.engine.compile();
+        bench.perform(effects);
+        if let Some(buffer) = bench.engine.frame() {
+            frames += 1;
+            bytes += screen.chunk(&Frame { buffer, exact: bench.app().is_final() }, usize::MAX).0.len();
+        }
+        let effects = bench.engine.wait(None);
+        bench.perform(effects);
+    }
+    let time = begun.elapsed();
+    let is_whole = bench.app().activity() == Activity::Finished;
+    Ok(is_whole.then(|| Shown { film: bench.app().film().clone(), time, frames, bytes }))
+}
+
 impl Bench {
     /// Shows the scene on a screen of `size` columns and rows, up to its first whole picture.
     pub fn new(options: Options, size: (u16, u16)) -> Result<Self, CompileError> {
-        let Options { desc, compiled, isa, threads, .. } = options;
-        // What may go wrong goes wrong here.
-        let scene = Arc::new(compile_for(&desc, compiled.as_deref(), isa)?);
-        let mut app = App::new(desc, &options.scene_name, &options.output, threads.get(), ColorMode::Truecolor, size);
-        app.lend(scene);
-        let mut bench = Self { engine: Engine::new(app, isa, threads, None), random: SplitMix64(1) };
+        let mut bench = Self::start(options, size)?;
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end && !bench.app().is_whole() {
             bench.turn(end);
         }
         Ok(bench)
+    }
+
+    fn start(options: Options, size: (u16, u16)) -> Result<Self, CompileError> {
+        let Options { desc, compiled, isa, threads, .. } = options;
+        // What may go wrong goes wrong here.
+        let scene = Arc::new(compile_for(&desc, compiled.as_deref(), isa)?);
+        let mut app = App::new(desc, &options.scene_name, &options.output, threads.get(), ColorMode::Truecolor, size);
+        app.lend(scene);
+        Ok(Self { engine: Engine::new(app, isa, threads, None), random: SplitMix64(1) })
     }
 
     /// The scene that is shown.

@@ -29,6 +29,7 @@ pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};
 pub use wide::{Row, Wide, groups, ones};
 
+use crate::math::Four;
 use std::fmt;
 use std::str::FromStr;
 
@@ -133,9 +134,17 @@ pub trait Lanes: Copy {
     type V: Copy;
     /// Eight yes or no.
     type M: Copy;
+    /// Four f64.
+    type F: Four;
 
     /// The same value in every lane.
     fn splat(self, v: f32) -> Self::V;
+    /// Four f64.
+    fn four(self, v: [f64; 4]) -> Self::F;
+    /// The same of f32.
+    fn widened(self, v: [f32; 4]) -> Self::F;
+    /// The first three values, each in every lane. Takes four, since the compiler computes four at a time.
+    fn splat3(self, v: [f32; 4]) -> [Self::V; 3];
     /// Eight values in memory.
     fn load(self, v: &[f32; 8]) -> Self::V;
     /// To memory.
@@ -158,6 +167,8 @@ pub trait Lanes: Copy {
     fn min(self, a: Self::V, b: Self::V) -> Self::V;
     /// The larger; `b` if either is NaN
     fn max(self, a: Self::V, b: Self::V) -> Self::V;
+    /// The larger of two numbers without sign, or NaN if either is
+    fn max_unsigned(self, a: Self::V, b: Self::V) -> Self::V;
     /// |a|
     fn abs(self, a: Self::V) -> Self::V;
     /// a, with its sign changed where b has a minus sign

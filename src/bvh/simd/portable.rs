@@ -1,6 +1,7 @@
 //! Lanes as arrays: any processor, and the twin that the others are tested against.
 
 use super::Lanes;
+use glam::DVec4;
 
 /// Plain Rust.
 #[derive(Clone, Copy, Debug)]
@@ -26,10 +27,23 @@ impl Lanes for Portable {
     type V = [f32; 8];
     /// A bit a lane.
     type M = u32;
+    type F = DVec4;
 
     #[inline(always)]
     fn splat(self, v: f32) -> [f32; 8] {
         [v; 8]
+    }
+    #[inline(always)]
+    fn four(self, v: [f64; 4]) -> DVec4 {
+        DVec4::from_array(v)
+    }
+    #[inline(always)]
+    fn widened(self, v: [f32; 4]) -> DVec4 {
+        DVec4::from_array(v.map(f64::from))
+    }
+    #[inline(always)]
+    fn splat3(self, [x, y, z, _]: [f32; 4]) -> [[f32; 8]; 3] {
+        [[x; 8], [y; 8], [z; 8]]
     }
     #[inline(always)]
     fn load(self, v: &[f32; 8]) -> [f32; 8] {
@@ -74,6 +88,10 @@ impl Lanes for Portable {
     #[inline(always)]
     fn max(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
         map!(a, b, |a: f32, b: f32| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn max_unsigned(self, a: [f32; 8], b: [f32; 8]) -> [f32; 8] {
+        map!(a, b, |a: f32, b: f32| f32::from_bits(a.to_bits().max(b.to_bits())))
     }
     #[inline(always)]
     fn abs(self, a: [f32; 8]) -> [f32; 8] {

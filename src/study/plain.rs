@@ -1,0 +1,103 @@
+//! The plainest renderer that traces the same samples: what progressiveness and streaming are measured against.
+
+use crate::math::Rgb;
+use crate::render::{Film, Rect, film_point};
+use crate::scene::Scene;
+use crate::shading::{RayCounts, Sample, Scratch, sampler};
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+
+/// Samples that are traced together, as many as the renderer takes.
+const BATCH: usize = 256;
+/// Side of a tile, and of the blocks of its pixels.
+const TILE: u32 = 32;
+const BLOCK: u32 = 8;
+
+/// Traces all samples of every pixel in one pass over tiles that threads take from a counter. Nothing is told, nobody can pause it,
+/// no error is estimated. The picture is that of a uniform render, bit for bit.
+pub fn plain(scene: &Scene, threads: NonZeroUsize) -> Film {
+    let tiles = Rect::spiral(scene.width, scene.height, TILE);
+    let next = AtomicUsize::new(0);
+    let film = Mutex::new(vec![[0.0; 3]; scene.width as usize * scene.height as usize]);
+    thread::scope(|scope| {
+        for _ in 0..threads.get() {
+            scope.spawn(|| {
+                let mut worker = Worker::new(scene);
+                while let Some(rect) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    worker.trace(*rect);
+                    let mut film = film.lock().expect("no thread panics while it copies");
+                    for (&(x, y), sum) in worker.pixels.iter().zip(&worker.sums) {
+                        film[(y * scene.width + x) as usize] = (*sum / f64::from(scene.render.samples)).to_f32();
+                    }
+                }
+            });
+        }
+    });
+    Film::of_pixels(scene.width, scene.height, film.into_inner().expect("no thread panics while it copies"))
+}
+
+/// One thread's buffers.
+struct Worker<'a> {
+    scene: &'a Scene,
+    /// Pixels of the tile in blocks, and the sums of their samples.
+    pixels: Vec<(u32, u32)>,
+    sums: Vec<Rgb>,
+    points: Vec<glam::DVec2>,
+    /// The pixel that each point belongs to.
+    owners: Vec<usize>,
+    samples: Vec<Sample>,
+    scratch: Scratch,
+}
+
+impl<'a> Worker<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            pixels: Vec::new(),
+            sums: Vec::new(),
+            points: Vec::new(),
+            owners: Vec::new(),
+            samples: vec![Sample::default(); BATCH],
+            scratch: Scratch::default(),
+        }
+    }
+
+    fn trace(&mut self, rect: Rect) {
+        let starts = |from: u32, size: u32| (from..from + size).step_by(BLOCK as usize);
+        let part = |from: u32, start: u32, size: u32| start..(from + size).min(start + BLOCK);
+        self.pixels.clear();
+        for top in starts(rect.y, rect.height) {
+            for left in starts(rect.x, rect.width) {
+                for y in part(rect.y, top, rect.height) {
+                    self.pixels.extend(part(rect.x, left, rect.width).map(|x| (x, y)));
+                }
+            }
+        }
+        self.sums.clear();
+        self.sums.resize(self.pixels.len(), Rgb::default());
+        for pixel in 0..self.pixels.len() {
+            let (x, y) = self.pixels[pixel];
+            for index in 0..self.scene.render.samples {
+                self.points.push(film_point(Some(self.scene.render.filter), x, y, index));
+                self.owners.push(pixel);
+                if self.points.len() == BATCH {
+                    self.flush();
+                }
+            }
+        }
+        self.flush();
+    }
+
+    fn flush(&mut self) {
+        let samples = &mut self.samples[..self.points.len()];
+        let (mut rays, never) = (RayCounts::default(), AtomicBool::new(false));
+        sampler(self.scene)(self.scene, &self.points, samples, &mut rays, &mut self.scratch, &never);
+        for (&pixel, sample) in self.owners.iter().zip(&*samples) {
+            self.sums[pixel] += sample.radiance;
+        }
+        self.points.clear();
+        self.owners.clear();
+    }
+}
