@@ -30,7 +30,7 @@ pub struct MoellerTrumborePacket<'a, const ANY_HIT: bool> {
     v: Row,
     /// Eight times its block, plus its slot, as bits of f32 (below 2).
     best: Row,
-    /// How much boxes are widened, for the farthest origin... of each ray.
+    /// How far a hit may lie outside of the triangle's box.
     pad: Row,
     block: Sides,
 }
@@ -155,7 +155,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     const ANY_HIT: bool = ANY_HIT;
     /// All of them, since a ray alone may find something else.
     const LEAST: u32 = 1;
-    /// Twice what boxes of triangles are widened by, and the rounding of the hit point.
+    /// Twice what `pad` has, so that the rounding of the hit point is in it.
     const SLACK: f32 = 16.0;
 
     /// Neither overflow nor zero in what boxes are tested with.

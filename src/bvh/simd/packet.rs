@@ -3,6 +3,9 @@
 //!
 //! One test with intervals that hold all origins and directions finds the children that any ray may meet, eight at once; each
 //! of those few is then tested against as many rays at a time as there are lanes. A subtree that few rays reach is finished ray by ray.
+//!
+//! Rays of several octants are traced octant by octant: 12 to 37 % where rays end at a light or come from a mirror (interior and blobs100k S,
+//! R). How far apart directions are does not matter then: with a limit mirrored rays took 1.1 to 1.4 times as long.
 
 use super::beam::Beam;
 use super::rays::{Ends, Slabs, Together};
@@ -18,7 +21,7 @@ use std::mem::MaybeUninit;
 /// Rays that are traversed together at most.
 pub const PACKET: usize = 64;
 
-/// Subtrees that no more rays reach are finished ray by ray; fewer rays are no packet.
+/// Subtrees that no more rays reach are finished ray by ray. 6 to 16 are alike (interior, blobs100k, blobs1M).
 const FEW: u32 = 8;
 
 /// What is done with the leaves on the way of a packet.

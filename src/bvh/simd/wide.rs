@@ -295,3 +295,61 @@ mod x86 {
 
 #[cfg(target_arch = "x86_64")]
 pub(super) use x86::Avx512;
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::super::x86::Avx2;
+    use super::super::{Isa, Portable};
+    use super::*;
+    use crate::math::SplitMix64;
+
+    /// What each operation makes of 16 numbers a row, by vectors of any width.
+    fn results<W: Wide>(w: W, [a, b, c]: &[[f32; 16]; 3]) -> Vec<u32> {
+        let mut all = vec![];
+        let (mut low, mut high) = (w.splat(f32::MAX), w.splat(f32::MIN));
+        for at in (0..16).step_by(W::LANES) {
+            let (x, y, z) = (w.load(&a[at..]), w.load(&b[at..]), w.load(&c[at..]));
+            let masks = [w.le(x, y), w.lt(x, y), w.le(y, y)];
+            let values = [
+                [w.add(x, y), w.sub(x, y), w.mul(x, y), w.div(x, y), w.min(x, y), w.max(x, y)],
+                [w.abs(x), w.mul_sign(x, y), w.select(masks[0], x, z), w.select(masks[1], y, x), x, w.splat(a[0])],
+            ];
+            (low, high) = (w.min(z, low), w.max(z, high));
+            for lane in 0..W::LANES {
+                let bits = masks.iter().map(|mask| mask >> lane & 1);
+                let stored = values.iter().flatten().map(|v| {
+                    let mut to = [0.0; 16];
+                    w.store(*v, &mut to);
+                    // One NaN is as good as another.
+                    if to[lane].is_nan() { u32::MAX } else { to[lane].to_bits() }
+                });
+                all.extend(bits.chain(stored));
+            }
+        }
+        all.extend(w.ends(low, high).map(f32::to_bits));
+        all
+    }
+
+    #[test]
+    fn vectors_of_every_width_do_what_plain_rust_does() {
+        let mut rng = SplitMix64(36);
+        for _ in 0..2_000 {
+            let odd = [f32::NAN, f32::INFINITY, 0.0, -0.0, 1.0];
+            let mut number = || match rng.next_u64() % 8 {
+                0 => odd[(rng.next_u64() % 5) as usize],
+                _ => rng.range(-2.0, 2.0) as f32,
+            };
+            let [a, b] = [(); 2].map(|()| [0.0; 16].map(|_: f32| number()));
+            let c = [0.0; 16].map(|_: f32| rng.range(-2.0, 2.0) as f32);
+            let expected = results(Portable, &[a, b, c]);
+            if Isa::Avx2.is_available() {
+                // SAFETY: the processor has it.
+                assert_eq!(results(unsafe { Avx2::new() }, &[a, b, c]), expected);
+            }
+            if Isa::Avx512.is_available() {
+                // SAFETY: the processor has it.
+                assert_eq!(results(unsafe { Avx512::new() }, &[a, b, c]), expected);
+            }
+        }
+    }
+}
