@@ -119,6 +119,22 @@ fn the_picture_has_the_same_bits_for_any_number_of_threads_and_any_size_of_tile(
     }
 }
 
+/// Where meshes are met by rays that run alike together, what a ray finds must not depend on the others, in any arithmetic.
+#[test]
+fn so_it_has_where_rays_meet_meshes_together() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mesh.toml");
+    let mut d = parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap();
+    (d.film.width, d.film.height, d.render.samples) = (93, 67, 4);
+    for numerics in [Numerics::Classic, Numerics::Fast, Numerics::Robust] {
+        d.render.numerics = numerics;
+        let scene = compile(&d);
+        let want = film(&scene, 1, 8).hash();
+        for (threads, tile_size) in [(3, 16), (2, 32), (1, 64)] {
+            assert_eq!(film(&scene, threads, tile_size).hash(), want, "{numerics:?}, tiles of {tile_size}");
+        }
+    }
+}
+
 #[test]
 fn pausing_and_resuming_does_not_change_a_bit() {
     let files = Files::new("render-pause");
