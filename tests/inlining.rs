@@ -4,9 +4,11 @@
 //! end in its name: `traverse_avx2`.
 
 /// Modules, types and functions that must be inlined completely, as they stand in symbols of either mangling.
-const KERNELS: [&[&str]; 6] = [
+const KERNELS: [&[&str]; 7] = [
     &["bvh", "simd"],
     &["bvh", "kernels"],
+    // And `plain_packets`.
+    &["bvh", "packets"],
     &["bvh", "triangles", "Test"],
     &["geometry", "slab"],
     &["scene", "front"],

@@ -300,6 +300,78 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
     }
 }
 
+/// Rays in a packet toward a middle, and each alone: the same bits. Returns the hits.
+fn same_together(triangles: &Corners, rays: &[Ray], what: &str) -> usize {
+    let mut hits = 0;
+    for isa in available() {
+        let tree = build(triangles, isa);
+        let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+        tree.intersect_packet::<Robust>(rays, |k, hit| found[k] = hit);
+        tree.occluded_packet::<Robust>(rays, |k, any| occluded[k] = any);
+        for (k, ray) in rays.iter().enumerate() {
+            let alone = tree.intersect::<Robust>(ray);
+            assert_eq!(bits(found[k]), bits(alone), "{what} {k} {} {ray:?}", isa.name());
+            assert_eq!(occluded[k], alone.is_some(), "{what} {k} {} {ray:?}", isa.name());
+            hits += usize::from(alone.is_some());
+        }
+    }
+    hits
+}
+
+/// Products of three coordinates are beyond f32 for large ones, and nothing for small ones.
+#[test]
+fn triangles_of_any_size_are_met_together_as_alone() {
+    let mut rng = SplitMix64(36);
+    for exponent in (-15..=15).map(|e| 2 * e) {
+        let size = 10f64.powi(exponent);
+        let corner = |x: f64, y: f64| (DVec3::new(x, y, 1.0) * size).as_vec3();
+        let one = vec![[corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)]];
+        // Thin layers of small triangles.
+        let layers: Corners = (0..200)
+            .map(|_| {
+                let at = unit(&mut rng) * size * 0.5;
+                let side = size * 10f64.powf(rng.range(-5.0, -1.0));
+                [0; 3].map(|_| (at + unit(&mut rng).with_z(0.0) * side).as_vec3())
+            })
+            .collect();
+        for (what, triangles) in [("one", &one), ("layers", &layers)] {
+            let mut hits = 0;
+            for _ in 0..20 {
+                let eye = DVec3::new(rng.range(-0.2, 0.2), rng.range(-0.2, 0.2), -rng.range(0.1, 3.0)) * size;
+                let aim = triangles[(rng.next_u64() % triangles.len() as u64) as usize];
+                let middle = (aim[0] + aim[1] + aim[2]).as_dvec3() / 3.0;
+                let spread = size * 10f64.powf(rng.range(-6.0, -1.0));
+                let rays: Vec<Ray> =
+                    (0..PACKET).map(|_| Ray::new(eye, middle + unit(&mut rng) * spread - eye)).collect();
+                hits += same_together(triangles, &rays, &format!("{what} of size {size:e}"));
+            }
+            assert!(hits > 0 || exponent.abs() > 19, "{what} of size {size:e}");
+        }
+    }
+}
+
+/// Two sheets in one plane, seen by rays that run along different axes most: the depth where they meet is found along another axis
+/// than the packet's.
+#[test]
+fn sheets_that_overlap_are_met_together_as_alone() {
+    let mut rng = SplitMix64(37);
+    let mut hits = 0;
+    for _ in 0..300 {
+        let sheet = |rng: &mut SplitMix64| {
+            let mut corner = || DVec3::new(rng.range(-1e3, 1e3), rng.range(-1e3, 1e3), 0.0).as_vec3();
+            [corner(), corner(), corner()]
+        };
+        let triangles: Corners = (0..6).map(|_| sheet(&mut rng)).collect();
+        let height = 10f64.powf(rng.range(-4.0, 1.0));
+        let over = DVec3::new(rng.range(-300.0, 300.0), rng.range(-300.0, 300.0), height);
+        let rays: Vec<Ray> = (0..PACKET)
+            .map(|_| Ray::new(over, DVec3::new(rng.range(0.95, 1.05), rng.range(-0.3, 0.3), -1.0)))
+            .collect();
+        hits += same_together(&triangles, &rays, "sheets");
+    }
+    assert!(hits > 1000, "{hits}");
+}
+
 /// Their edge functions are nothing but rounding for rays beside them.
 #[test]
 fn triangles_seen_edge_on_are_met_together_as_alone() {

@@ -11,7 +11,7 @@ pub trait TreeKernels: Kernels {
     /// Blocks of eight triangles.
     type Triangles: BlockTest;
     /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
-    /// through the tree then, so that packets may take another one.
+    /// through the tree then.
     const CONSERVATIVE: bool;
     /// How rays that run alike meet triangles together, if they do.
     const PACKETS: Option<Packets> = None;
@@ -20,7 +20,7 @@ pub trait TreeKernels: Kernels {
 /// Tests of many rays against triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Packets {
-    /// What each ray finds alone, to the last bit.
+    /// What each ray finds alone, to the last bit, but for phantoms (see `WatertightPacket`).
     Watertight,
     /// In f32. A hit counts where it lies in the triangle's box, so that what is found depends on the ray alone; a ray that is not in a
     /// packet may find something else where it grazes.

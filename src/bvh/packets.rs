@@ -13,7 +13,11 @@ const U: f64 = 1.0 / 16_777_216.0;
 /// Stands for no triangle: more than any code.
 const NONE: u32 = 1 << 30;
 
-/// The bits of [`WatertightTest`](super::WatertightTest), with few f64 operations.
+/// The bits of [`WatertightTest`](super::triangles::WatertightTest), with few f64 operations.
+///
+/// But for phantoms: a ray in the very plane of a triangle, to within rounding of f64, that passes outside of it may be taken
+/// for a hit by rounding alone (two edge functions exactly 0). Such a triangle may be left out here where it is not asked at all.
+/// Nothing hangs on it: what is hit there is the edge of a triangle seen edge-on that the ray misses by rounding.
 pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     blocks: &'a [TriangleBlock],
     /// The axes called x, y and z here, the same for all rays: z is the one along which they run most.
@@ -35,6 +39,8 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     largest_m: f32,
     /// Error for the triangles of the block in question.
     block_slack: [f32; 8],
+    /// Largest coordinate of the tree.
+    extent: f64,
     /// Error of depths where edge functions have none.
     blur: f32,
     /// Eight times the block, plus the slot, of the nearest hit so far, as bits of f32 (below 2).
@@ -152,7 +158,8 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
             (self.best.0[i], self.t[i]) = (f32::from_bits(code), t);
             self.exact |= 1 << i;
             let [.., z] = self.axes;
-            let end = depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t);
+            let end =
+                depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t, self.extent);
             (self.end[0].0[i], self.end[1].0[i]) = (end[0], end[1]);
             let limit = (t * (1.0 + 4.0 * U)) as f32;
             slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
@@ -198,14 +205,14 @@ fn ends<E: Wide>(e: E, a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [E::V; 2] {
     [e.min(e.min(a, b), c), e.max(e.max(a, b), c)]
 }
 
-/// Bounds of the depth at t.
+/// Bounds of the depth at t, which may be that of a hit found along another axis: its rounding is relative to the extent.
 #[inline(always)]
-fn depth_at(origin: f64, direction: f64, sign: f64, t: f64) -> [f32; 2] {
+fn depth_at(origin: f64, direction: f64, sign: f64, t: f64, extent: f64) -> [f32; 2] {
     let depth = (origin + t * direction) * sign;
     // Beyond everything, and finite.
     let depth = if depth > 1e30 { 1e30 } else { depth };
     let depth = if depth < -1e30 { -1e30 } else { depth };
-    let pad = depth.abs() * 1.3e-7 + 1e-14 * origin.abs() + 1e-30;
+    let pad = depth.abs() * 1.3e-7 + 1e-14 * origin.abs() + 1e-13 * extent;
     [(depth - pad) as f32, (depth + pad) as f32]
 }
 
@@ -236,6 +243,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             slack_of_m: [0.0; 2],
             largest_m: 0.0,
             block_slack: [0.0; 8],
+            extent: 0.0,
             blur: 0.0,
             best: Row::new(f32::from_bits(NONE)),
             exact: 0,
@@ -260,8 +268,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let [low, high] = ends.direction[z];
         let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
-        // NaN goes nowhere.
-        if !(farthest <= 8.0 * extent && steepest <= 4.0 && low * high > 0.0 && (1e-10..1e15).contains(&extent)) {
+        // The depth of a hit is a sum of products of three coordinates, which f32 must hold with all bits. NaN goes nowhere.
+        if !(farthest <= 8.0 * extent && steepest <= 4.0 && low * high > 0.0 && (1e-8..1e12).contains(&extent)) {
             return false;
         }
         let sign = 1f64.copysign(low);
@@ -271,7 +279,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         self.largest_m = (2.0 * (1.0 + steepest) * extent) as f32;
         self.slack_of_m = [times_m, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
         (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
-        self.same_axes = steepest < 1.0;
+        (self.extent, self.same_axes) = (extent, steepest < 1.0);
         let filled = together.filled.min(PACKET);
         let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
         let [sx, sy, inverse] = &mut self.shear;
@@ -290,7 +298,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         }
         for (t, [low, high]) in [(&together.t_min.0, &mut self.start), (&together.t_max.0, &mut self.end)] {
             for i in 0..filled {
-                [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i]);
+                [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i], extent);
             }
         }
         true
@@ -301,7 +309,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let (low, high) = boxes(e, &self.blocks[block as usize]);
         let size = e.max(e.max(e.sub(high[0], low[0]), e.sub(high[1], low[1])), e.sub(high[2], low[2]));
         e.store(e.mul_add(size, e.splat(self.slack[0]), e.splat(self.slack[1])), &mut self.block_slack);
-        beam.meets(e, low, high)
+        // Empty slots are NaN, and are met by nothing.
+        beam.meets(e, low, high) & e.le(low[0], high[0])
     }
 
     #[inline(always)]

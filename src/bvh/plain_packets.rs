@@ -225,7 +225,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             e.store(e.sub(b[axis], a[axis]), &mut self.block.e1[axis]);
             e.store(e.sub(c[axis], a[axis]), &mut self.block.e2[axis]);
         }
-        beam.meets(e, low, high)
+        // Empty slots are NaN, and are met by nothing.
+        beam.meets(e, low, high) & e.le(low[0], high[0])
     }
 
     #[inline(always)]

@@ -111,8 +111,8 @@ impl Triangles {
         }
     }
 
-    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it; quicker where up to [`PACKET`] rays
-    /// run alike: whether they did.
+    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it ([`Packets`] says how far); quicker
+    /// where up to [`PACKET`] rays run alike. Returns those that were traced alone, a bit each.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],

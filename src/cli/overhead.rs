@@ -86,21 +86,20 @@ pub fn overhead(args: &OverheadArgs, console: &Console) -> Result<Report, Failur
         console.step(done, total, WAYS[way].name())?;
         done += 1;
         let begun = Instant::now();
-        let (film, frames, bytes) = match WAYS[way] {
-            Way::Plain => (Arc::new(plain(&scene, threads)), 0, 0),
+        let (film, frames, bytes, time) = match WAYS[way] {
+            Way::Plain => (Arc::new(plain(&scene, threads)), 0, 0, begun.elapsed()),
             Way::Streamed => {
                 let settings = Settings { threads, ..Settings::default() };
-                (Arc::new(render(&scene, settings, console, |_| {})?.film), 0, 0)
+                (Arc::new(render(&scene, settings, console, |_| {})?.film), 0, 0, begun.elapsed())
             }
             Way::Interface => {
                 let broken = || StudyError::Asked("the render failed in the interface".to_owned());
                 let shown = show(options(), screen)?.ok_or_else(broken)?;
-                (shown.film, shown.frames, shown.bytes)
+                (shown.film, shown.frames, shown.bytes, shown.time)
             }
         };
-        let seconds = begun.elapsed().as_secs_f64();
         films[way] = Some(film);
-        Ok::<_, StudyError>(Run { seconds, frames, bytes })
+        Ok::<_, StudyError>(Run { seconds: time.as_secs_f64(), frames, bytes })
     });
     let runs = runs.map_err(|error| refuse(error, Some(&opened)))?;
     console.clear();

@@ -75,7 +75,7 @@ impl fmt::Display for Explanation {
         write!(f, "{}", self.tree)?;
         if self.cut > 0.0 {
             let Rgb { r, g, b } = self.tail;
-            writeln!(f, "not followed or asked: weight {:.3e}, taken to bring ({r:.5} {g:.5} {b:.5})", self.cut)?;
+            writeln!(f, "not followed or asked: weight {:.3e}; paths taken to bring ({r:.5} {g:.5} {b:.5})", self.cut)?;
         }
         let ([r, g, b], [cr, cg, cb]) = (self.color, self.codes);
         let mean =

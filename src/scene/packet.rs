@@ -3,8 +3,8 @@
 //! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at all,
 //! then groups of rays that do, eight or more at a time (see `front`). In meshes, rays that run alike share the
 //! nodes of the tree ([`Bvh::traverse_packet`]). In trees over many objects that gained nothing: 1.00 of the frame's CPU time on the
-//! sphereflake, 1.02 on the field of glass balls, where objects are met one ray at a time all the same Nor did
-//! it to meet the meshes among many objects first and together, and then go through the tree without them: 1.04 on the terrain with
+//! sphereflake, 1.02 on the field of glass balls, where objects are met one ray at a time all the same. Nor did
+//! it gain to meet the meshes among many objects first and together, and then go through the tree without them: 1.04 on the terrain with
 //! glass balls.
 
 use super::front::{
@@ -178,7 +178,8 @@ fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
 }
 
 impl Scene {
-    /// For each ray what [`Scene::intersect`] gives, to the last bit; quicker where rays run alike.
+    /// For each ray what [`Scene::intersect`] gives, to the last bit but for what [`Packets`](crate::bvh::Packets) says of meshes; quicker
+    /// where rays run alike.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],

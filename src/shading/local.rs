@@ -84,7 +84,7 @@ impl Lighting {
                 continue;
             }
             let (direction, radiance) = (light.direction, light.radiance);
-            let beam = Beam { surface: number, direction, cosine, radiance, part: 1.0, doubt: 0.0 };
+            let beam = Beam { surface: number, direction, cosine, radiance, part: 1.0, doubt: None };
             let path = &paths[surface.index as usize];
             if let (true, Some(spent)) = (TERMS & terms::SHADOWS != 0, self.spent.get_mut(path.sample as usize)) {
                 let material = &scene.materials[surface.material as usize];
@@ -96,7 +96,7 @@ impl Lighting {
                 }
                 if most <= room {
                     *spent += most;
-                    self.unasked.push(Beam { part: 0.5, doubt: 0.5 * most, ..beam });
+                    self.unasked.push(Beam { part: 0.5, doubt: Some(0.5 * most), ..beam });
                     continue;
                 }
             }

@@ -100,8 +100,8 @@ pub(super) struct Beam {
     pub radiance: Rgb,
     /// The part of it that arrives.
     pub part: f64,
-    /// By how much that part may be wrong, as radiance of the sample; 0 if it is known.
-    pub doubt: f64,
+    /// If no shadow ray is traced: by how much that part may be wrong, as radiance of the sample.
+    pub doubt: Option<f64>,
 }
 
 impl<R> Scratch<R> {

@@ -162,7 +162,7 @@ impl Recorder for TreeRecorder<'_> {
             light: name,
             behind: beam.is_none(),
             part: beam.map_or(0.0, |beam| beam.part),
-            unasked: beam.filter(|beam| beam.doubt > 0.0).map(|beam| beam.doubt * STEEPEST),
+            unasked: beam.and_then(|beam| beam.doubt).map(|doubt| doubt * STEEPEST),
             shadow_of,
             cosine: beam.map_or(0.0, |beam| beam.cosine),
             diffuse: Rgb::BLACK,

@@ -16,7 +16,7 @@ const TILE: u32 = 32;
 const BLOCK: u32 = 8;
 
 /// Traces all samples of every pixel in one pass over tiles that threads take from a counter. Nothing is told, nobody can pause it,
-/// no error is estimated. The picture is that of a uniform render, bit for bit.
+/// no error is estimated. The picture is that of a uniform render, bit for bit; samples that are not finite are left out there, too.
 pub fn plain(scene: &Scene, threads: NonZeroUsize) -> Film {
     let tiles = Rect::spiral(scene.width, scene.height, TILE);
     let next = AtomicUsize::new(0);
@@ -28,8 +28,8 @@ pub fn plain(scene: &Scene, threads: NonZeroUsize) -> Film {
                 while let Some(rect) = tiles.get(next.fetch_add(1, Ordering::Relaxed)) {
                     worker.trace(*rect);
                     let mut film = film.lock().expect("no thread panics while it copies");
-                    for (&(x, y), sum) in worker.pixels.iter().zip(&worker.sums) {
-                        film[(y * scene.width + x) as usize] = (*sum / f64::from(scene.render.samples)).to_f32();
+                    for (&(x, y), (sum, count)) in worker.pixels.iter().zip(&worker.sums) {
+                        film[(y * scene.width + x) as usize] = (*sum / f64::from((*count).max(1))).to_f32();
                     }
                 }
             });
@@ -41,9 +41,9 @@ pub fn plain(scene: &Scene, threads: NonZeroUsize) -> Film {
 /// One thread's buffers.
 struct Worker<'a> {
     scene: &'a Scene,
-    /// Pixels of the tile in blocks, and the sums of their samples.
+    /// Pixels of the tile in blocks, and the sums and numbers of their samples.
     pixels: Vec<(u32, u32)>,
-    sums: Vec<Rgb>,
+    sums: Vec<(Rgb, u32)>,
     points: Vec<glam::DVec2>,
     /// The pixel that each point belongs to.
     owners: Vec<usize>,
@@ -76,7 +76,7 @@ impl<'a> Worker<'a> {
             }
         }
         self.sums.clear();
-        self.sums.resize(self.pixels.len(), Rgb::default());
+        self.sums.resize(self.pixels.len(), (Rgb::BLACK, 0));
         for pixel in 0..self.pixels.len() {
             let (x, y) = self.pixels[pixel];
             for index in 0..self.scene.render.samples {
@@ -94,8 +94,9 @@ impl<'a> Worker<'a> {
         let samples = &mut self.samples[..self.points.len()];
         let (mut rays, never) = (RayCounts::default(), AtomicBool::new(false));
         sampler(self.scene)(self.scene, &self.points, samples, &mut rays, &mut self.scratch, &never);
-        for (&pixel, sample) in self.owners.iter().zip(&*samples) {
-            self.sums[pixel] += sample.radiance;
+        for (&pixel, sample) in self.owners.iter().zip(&*samples).filter(|(_, sample)| sample.radiance.is_finite()) {
+            self.sums[pixel].0 += sample.radiance;
+            self.sums[pixel].1 += 1;
         }
         self.points.clear();
         self.owners.clear();

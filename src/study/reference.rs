@@ -31,7 +31,7 @@ pub(super) struct Reference {
 const PART: f64 = 0.1;
 
 /// The scene in `reference` numerics, with ray trees of this depth and so many samples that its own error is a tenth of
-/// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or `most` samples.
+/// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or the power of two up to `most` samples.
 ///
 /// Its error is taken to be its distance from the same with half of the samples: of independent samples that is what is
 /// expected, and samples that complement each other as those of a Sobol' sequence do are better than that.
@@ -44,6 +44,8 @@ pub(super) fn reference(
     cache: &Path,
     console: &Console,
 ) -> Result<Reference, StudyError> {
+    // Half of the samples must be the end of a pass: from 16 on powers of two are.
+    let most = 1 << most.max(32).ilog2();
     let file = cache.join(format!("reference-{:016x}.bin", key(desc, max_depth)?));
     let apart =
         |found: &Reference| probes.iter().filter_map(|probe| rmse(probe, &found.film)).fold(f64::INFINITY, f64::min);
@@ -51,8 +53,6 @@ pub(super) fn reference(
     if let Some(found) = load(&file, max_depth).filter(|found| is_enough(found) || found.samples >= most) {
         return Ok(found);
     }
-    // Half of the samples must be the end of a pass: from 16 on powers of two are.
-    let most = 1 << most.max(32).ilog2();
     let mut samples = (16 * samples).max(64).next_power_of_two().min(most);
     loop {
         let render_desc = RenderDesc { numerics: Numerics::Reference, max_depth, samples, error: None, ..desc.render };

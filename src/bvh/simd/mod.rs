@@ -1,4 +1,4 @@
-//! The only place with unsafe code: vectors of eight f32 and the traversal that is compiled for each instruction set.
+//! The only place with unsafe code: vectors of eight and sixteen f32 and the traversal that is compiled for each instruction set.
 //!
 //! [`Lanes`] is what an instruction set must offer; `portable` does it with arrays (and is the scalar twin that all others
 //! are tested against), `x86` with intrinsics. The kernels are generic over it and inline completely into one entry point

@@ -74,7 +74,7 @@ pub trait PacketVisitor: Sized {
 
 impl Bvh {
     /// Traces up to [`PACKET`] rays, those together that run alike, and hands to `found` the number of each and what the visitor has
-    /// found for it. Returns the rays that are left, a bit each: those that no others run like.
+    /// found for it. Returns the rays that are left, a bit each: those that no others run like, or that can not be taken.
     #[inline]
     pub fn traverse_packet<V: PacketVisitor>(
         &self,

@@ -153,7 +153,7 @@ impl Slabs {
         Self { reciprocal: rows, near_reciprocal: rows, near: rows, far: rows, t_min: row, limit: row, rows: [0, 2, 4] }
     }
 
-    /// Takes rays that start at most eight extents from the centre of a tree whose coordinates are at most `extent` in magnitude.
+    /// Takes rays for a tree whose coordinates are at most `extent` in magnitude.
     ///
     /// A plane at b is met at t = (b - o) / d, here r b - r o. The rounding of d and that of r = 1/d scale both terms and so are relative to t:
     /// 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r o|, and 2u|r o| where pad and factor are

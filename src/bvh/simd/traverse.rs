@@ -78,8 +78,8 @@ impl Bvh {
     /// With a conservative `T`, no leaf is passed over whose primitives the ray meets at t <= t_max, ties included.
     ///
     /// Always inlined, and so should be what calls it with a ray that has just been made: a function of its own gets the ray in memory
-    /// and loads its numbers two by two. They have just been stored in other pieces, which the processor can not forward: 12 ns a ray
-    /// (interior P robust 132 -> 150 ns).
+    /// and loads its numbers two by two. They have just been stored in other pieces, which the processor can not forward: 12 to 18 ns
+    /// a ray (interior P).
     #[inline(always)]
     pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> V::Found {
         #[cfg(target_arch = "x86_64")]
