@@ -91,7 +91,7 @@ fn the_percentage_never_falls_and_is_100_only_at_the_end() {
     assert_eq!((last, fake.progress.percent()), (99, 100));
     assert_eq!(fake.progress.rays.camera, 100 * 70 * 5);
     assert_eq!(Some(fake.progress.pass_number), fake.progress.passes_total);
-    assert_eq!(fake.progress.workers.iter().map(|w| w.tiles).sum::<u64>(), 12 * 7);
+    assert_eq!(fake.progress.workers.iter().map(|w| w.tiles).sum::<u64>(), 12 * Pass::sequence(5).len() as u64);
     assert!(fake.progress.workers.iter().all(|w| w.current.is_none()));
 }
 
