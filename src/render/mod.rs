@@ -33,5 +33,5 @@ pub use layers::Layers;
 pub use pass::Pass;
 pub use pixel::JUDGED;
 pub use progress::{Progress, WorkerProgress};
-pub use tile::{Rect, Tile, film_point};
+pub use tile::{BATCH, Rect, Tile, blocks, film_point};
 pub use view::{Scale, View, index_color, viridis};

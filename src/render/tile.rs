@@ -50,7 +50,7 @@ impl Rect {
 }
 
 /// Samples that are traced together: enough for packets of rays, few enough to stay in the cache.
-pub(super) const BATCH: usize = 256;
+pub const BATCH: usize = 256;
 
 /// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
 #[derive(Debug, Default)]
@@ -97,7 +97,7 @@ pub(super) enum Traced {
 }
 
 /// Row and column of the pixels of a tile in blocks of 8 by 8, so that rays traced together are close together.
-fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
+pub fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     const SIDE: u32 = 8;
     let starts = |size: u32| (0..size).step_by(SIDE as usize);
     starts(height).flat_map(move |y| starts(width).map(move |x| (y, x))).flat_map(move |(y, x)| {

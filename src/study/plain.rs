@@ -1,7 +1,7 @@
 //! The plainest renderer that traces the same samples: what progressiveness and streaming are measured against.
 
 use crate::math::Rgb;
-use crate::render::{Film, Rect, film_point};
+use crate::render::{BATCH, Film, Rect, blocks, film_point};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Scratch, sampler};
 use std::num::NonZeroUsize;
@@ -9,11 +9,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// Samples that are traced together, as many as the renderer takes.
-const BATCH: usize = 256;
-/// Side of a tile, and of the blocks of its pixels.
+/// Side of a tile.
 const TILE: u32 = 32;
-const BLOCK: u32 = 8;
 
 /// Traces all samples of every pixel in one pass over tiles that threads take from a counter. Nothing is told, nobody can pause it,
 /// no error is estimated. The picture is that of a uniform render, bit for bit; samples that are not finite are left out there, too.
@@ -65,16 +62,8 @@ impl<'a> Worker<'a> {
     }
 
     fn trace(&mut self, rect: Rect) {
-        let starts = |from: u32, size: u32| (from..from + size).step_by(BLOCK as usize);
-        let part = |from: u32, start: u32, size: u32| start..(from + size).min(start + BLOCK);
         self.pixels.clear();
-        for top in starts(rect.y, rect.height) {
-            for left in starts(rect.x, rect.width) {
-                for y in part(rect.y, top, rect.height) {
-                    self.pixels.extend(part(rect.x, left, rect.width).map(|x| (x, y)));
-                }
-            }
-        }
+        self.pixels.extend(blocks(rect.width, rect.height).map(|(row, column)| (rect.x + column, rect.y + row)));
         self.sums.clear();
         self.sums.resize(self.pixels.len(), (Rgb::BLACK, 0));
         for pixel in 0..self.pixels.len() {

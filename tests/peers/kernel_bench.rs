@@ -82,7 +82,7 @@ fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool,
     }
 }
 
-pub fn main() {
+fn main() {
     let args: Vec<String> = std::env::args().filter(|a| a != "--bench").collect();
     let [_, isa, threads, mesh] = &args[..] else { return eprintln!("usage: kernel_bench ISA THREADS MESH") };
     let isa = Isa::ALL.into_iter().find(|i| i.name() == isa).unwrap_or_else(Isa::best);
