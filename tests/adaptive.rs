@@ -279,6 +279,42 @@ fn fences_and_wires_thinner_than_a_pixel_are_not_missed() {
         ("wire", fence(1, 0.1, 1.0, 23.0, 24)),
         ("thin wire", fence(1, 0.03, 1.0, 61.0, 24)),
         ("upright wire", fence(1, 0.2, 1.0, 1.0, 24)),
+        ("two thin wires", fence(2, 0.03, 9.0, 40.0, 24)),
+    ] {
+        within_target(name, &d);
+    }
+}
+
+/// The same fence as one mesh.
+fn fence_of_triangles(bars: u32, width: f64, distance: f64, degrees: f64, size: u32) -> SceneDesc {
+    let mut d = fence(bars, width, distance, degrees, size);
+    let mut text = String::new();
+    for (number, bar) in (0..).zip(std::mem::take(&mut d.objects)) {
+        let half = v(width, 3.0 * f64::from(size), 0.5) / 2.0;
+        for k in 0..8 {
+            let sign = |bit: usize| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let turn = DMat3::from_rotation_z(degrees.to_radians());
+            let corner = bar.translate + turn * (half * v(sign(0), sign(1), sign(2)));
+            text += &format!("v {} {} {}\n", corner.x, corner.y, corner.z);
+        }
+        for face in [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]] {
+            let [a, b, c, d] = face.map(|k| 8 * number + k + 1);
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    let file = model_file(&format!("fence-{bars}-{width}"), &text);
+    d.objects.push(mesh(&file, "bar"));
+    d
+}
+
+#[test]
+fn fences_and_wires_within_a_mesh_are_not_missed() {
+    for (name, d) in [
+        ("fence", fence_of_triangles(9, 0.7, 4.3, 17.0, 24)),
+        ("fine fence", fence_of_triangles(40, 0.3, 1.7, 31.0, 24)),
+        ("wire", fence_of_triangles(1, 0.1, 1.0, 23.0, 24)),
+        ("thin wire", fence_of_triangles(1, 0.03, 1.0, 61.0, 24)),
+        ("two thin wires", fence_of_triangles(2, 0.03, 9.0, 40.0, 24)),
     ] {
         within_target(name, &d);
     }

@@ -23,6 +23,10 @@ const LOWEST: f32 = -80.0;
 /// How the expected square of the error falls with the number of samples in whole pictures: as this power.
 pub(super) const FALL: f64 = 1.6;
 
+/// Where pixels that may not be refined any further are wrong by more than the target together, the others are refined until they add
+/// no more than this part to that: a tenth of its root.
+const BESIDE: f64 = 0.2;
+
 /// A round adds at most so many times the samples that a pixel has.
 const GROWTH: u8 = 4;
 
@@ -217,13 +221,15 @@ impl Census {
     ///
     /// A pixel with n samples and the squared error V gains about V/n by another sample. Refining wherever that is above
     /// one threshold for each ray costs the fewest rays for an error; the threshold is the largest one with which the picture
-    /// is expected to come down to the target, or to half its error, before pixels are judged anew.
+    /// is expected to come down to the target, or to half its error, before pixels are judged anew. Of a target that is out of
+    /// reach see [`BESIDE`]: one thin wire would have every pixel of the film refined to the limit.
     pub fn plan(&self, target: f64) -> Option<Plan> {
-        let (error, classes) = (self.error(), self.class_errors());
-        if error <= target {
+        let (error, classes, settled) = (self.error(), self.class_errors(), self.settled());
+        let open: f64 = self.open(&classes).map(|(_, error, _)| error).sum();
+        if error <= target || open <= BESIDE * settled {
             return None;
         }
-        let goal = target.max(error / 2.0).powi(2) * self.pixels() - self.settled();
+        let goal = (target.max(error / 2.0).powi(2) * self.pixels() - settled).max(BESIDE * settled);
         let after = |threshold: f64| -> f64 {
             let left = |value: f64| f64::from(factor(value, threshold)).powf(-FALL);
             self.open(&classes).map(|(_, error, value)| error * left(value)).sum()
@@ -314,6 +320,18 @@ mod tests {
         census.pixel(9.0, 64.0, false);
         assert!((census.error() - 3.0).abs() < 1e-3);
         assert!(census.plan(1.0).is_none());
+    }
+
+    #[test]
+    fn beside_pixels_that_can_not_reach_the_target_the_others_are_refined_only_as_far_as_it_matters() {
+        let beside = |error: f64| {
+            let mut census = Census::default();
+            (0..10).for_each(|_| _ = census.pixel(100.0, 64.0, false));
+            (0..990).for_each(|_| _ = census.pixel(error, 4.0, true));
+            census.plan(0.5)
+        };
+        // 1000 in all that stays; 990, 297 and 99 that need not.
+        assert!(beside(1.0).is_some() && beside(0.3).is_some() && beside(0.1).is_none());
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! Where objects are seen that are thinner than a pixel, so that single samples would miss them.
 
-use crate::scene::{Camera, Object, Scene, Shape};
+use crate::scene::{Camera, Object, Scene, Shape, Shell};
 use glam::{DVec2, DVec3};
 
 /// In a scene of more objects, samples alone tell: looking at each would take longer than a frame.
 const MOST_OBJECTS: usize = 1 << 16;
+
+/// A mesh of more triangles is taken whole: finding its parts would take longer than a frame.
+const MOST_TRIANGLES: usize = 1 << 16;
 
 /// Samples that are expected to fall on a thing where it crosses a pixel.
 pub(super) const HITS: f64 = 4.0;
@@ -19,12 +22,12 @@ const PART: f64 = 4.0;
 /// For each pixel of the film, row by row, how many samples it takes to see the objects there that are thinner than a pixel;
 /// 0 where there are none. Empty if there are none at all.
 ///
-/// An object is taken for its box, a long one for a row of boxes. Meshes are taken whole; what is seen in mirrors and through
-/// glass, shadows and textures are not looked at.
+/// An object is taken for its box, a long one for a row of boxes; a mesh for the boxes of its parts. What is seen in mirrors and
+/// through glass, shadows and textures are not looked at, nor wires of a mesh that are bent or hang together.
 pub(super) fn thin(scene: &Scene) -> Vec<u8> {
     let mut marks = Marks { width: scene.width, height: scene.height, samples: Vec::new() };
     if scene.objects().len() <= MOST_OBJECTS {
-        scene.objects().iter().for_each(|object| mark(&mut marks, &scene.camera, object));
+        scene.objects().iter().for_each(|object| boxes(object, |shell| mark(&mut marks, &scene.camera, shell)));
     }
     marks.samples
 }
@@ -56,8 +59,9 @@ impl Marks {
     }
 }
 
-fn mark(marks: &mut Marks, camera: &Camera, object: &Object) {
-    let Some((centre, mut edges)) = oriented_box(object) else { return };
+/// `shell`: in world space.
+fn mark(marks: &mut Marks, camera: &Camera, shell: Shell) {
+    let Shell { middle: centre, mut edges } = shell;
     edges.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
     let ends = (camera.project(centre - edges[0]), camera.project(centre + edges[0]));
     let parts = match ends {
@@ -95,21 +99,23 @@ fn across(halves: [DVec2; 3], direction: DVec2) -> f64 {
     (2.0 * halves.iter().map(|half| half.dot(normal).abs()).sum::<f64>()).max(1e-9)
 }
 
-/// Middle and halves of the edges of a box around an object; `None` if it has no end.
-fn oriented_box(object: &Object) -> Option<(DVec3, [DVec3; 3])> {
+/// Calls `visit` with boxes around an object or its parts, in world space; with none if it has no end.
+fn boxes(object: &Object, mut visit: impl FnMut(Shell)) {
+    let map = &object.map.forward;
+    let mut place = |Shell { middle, edges }| {
+        let edges = edges.map(|edge| map.transform_vector3(edge));
+        visit(Shell { middle: map.transform_point3(middle), edges });
+    };
     let (lower, upper) = match &object.shape {
-        Shape::Plane => return None,
-        Shape::Mesh(mesh) if mesh.is_empty() => return None,
+        Shape::Plane => return,
+        Shape::Mesh(mesh) if mesh.is_empty() => return,
+        Shape::Mesh(mesh) if mesh.len() <= MOST_TRIANGLES => return mesh.shells().iter().copied().for_each(place),
         Shape::Mesh(mesh) => (mesh.bounds().lower.as_dvec3(), mesh.bounds().upper.as_dvec3()),
         Shape::Quad => (DVec3::new(-1.0, 0.0, -1.0), DVec3::new(1.0, 0.0, 1.0)),
         _ => (DVec3::NEG_ONE, DVec3::ONE),
     };
-    let (middle, half) = ((lower + upper) / 2.0, (upper - lower) / 2.0);
-    let map = &object.map.forward;
-    Some((
-        map.transform_point3(middle),
-        [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z].map(|edge| map.transform_vector3(edge)),
-    ))
+    let half = (upper - lower) / 2.0;
+    place(Shell { middle: (lower + upper) / 2.0, edges: [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z] });
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Triangle meshes with their trees, in object space.
 
+use super::Shell;
 use crate::assets::{ImportReport, Model};
 use crate::bvh::{BvhStats, Isa, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
@@ -8,6 +9,7 @@ use crate::workers;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 /// A mesh about its own centre: its object space is the file's, moved by -`centre`.
 #[derive(Debug)]
@@ -22,11 +24,13 @@ pub struct Mesh {
     pub report: ImportReport,
     /// Enclosed volume, 0 or more.
     pub volume: f64,
-    positions: Vec<Vec3>,
+    pub(super) positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
-    triangles: Vec<[u32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
     triangle_materials: Vec<u32>,
+    /// See [`Mesh::shells`].
+    pub(super) shells: OnceLock<Vec<Shell>>,
     tree: Triangles,
     /// Of the tree: walking it takes milliseconds where there are a million triangles.
     stats: BvhStats,
@@ -64,6 +68,7 @@ impl Mesh {
             uvs,
             triangles,
             triangle_materials,
+            shells: OnceLock::new(),
             tree,
         }
     }

@@ -13,6 +13,7 @@ mod mesh;
 mod object;
 mod packet;
 mod pick;
+mod shell;
 mod summary;
 mod texture;
 mod traverse;
@@ -27,6 +28,7 @@ pub use mesh::Mesh;
 pub use object::{Object, Shape};
 pub use packet::{PacketScratch, Way};
 pub use pick::Pick;
+pub use shell::Shell;
 pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
