@@ -2,7 +2,6 @@
 
 use serde_json::Value;
 use std::fs;
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -300,6 +299,8 @@ fn what_is_asked_wrongly_is_refused_before_any_work() {
 #[cfg(unix)]
 #[test]
 fn a_study_that_is_stopped_leaves_nothing() {
+    use std::io::{BufRead, BufReader};
+
     let place = Place::new("stopped");
     let mut child = place.command("study threads --threads 1 --repeats 1000 --size 640x400 --out t").spawn().unwrap();
     // It listens to signals before it says what it does.

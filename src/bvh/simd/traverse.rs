@@ -1,10 +1,11 @@
 //! Front-to-back traversal of one ray.
 
 #[cfg(target_arch = "x86_64")]
-use super::x86::Avx2;
-use super::{Isa, Lanes, Portable};
+use super::{Isa, x86::Avx2};
+use super::{Lanes, Portable};
 use crate::bvh::{BoxTest, Bvh, Child, MAX_DEPTH};
 use crate::geometry::Ray;
+#[cfg(target_arch = "x86_64")]
 use glam::DVec3;
 use std::mem::MaybeUninit;
 
