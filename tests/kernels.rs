@@ -248,7 +248,7 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
                 let left = tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
-                together += usize::from(left.count_ones() < rays.len() as u32);
+                together += usize::from(left.len() < rays.len() as u32);
                 tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);

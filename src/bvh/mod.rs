@@ -18,7 +18,7 @@ mod split;
 mod triangles;
 
 pub use kernels::{BoxTest, Packets, TreeKernels};
-pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, PACKET, Task};
+pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, PACKET, RaySet, Task};
 pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
 
 use crate::geometry::Aabb;

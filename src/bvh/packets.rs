@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::TriangleHit;
-use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide};
+use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, RaySet, Row, Slabs, Together, Wide};
 use super::triangles::TriangleBlock;
 use crate::geometry::{Ray, TriangleRay};
 
@@ -46,7 +46,7 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     /// Eight times the block, plus the slot, of the nearest hit so far, as bits of f32 (below 2).
     best: Row,
     /// Rays whose nearest hit's t is known.
-    exact: u64,
+    exact: RaySet,
     t: [f64; PACKET],
     /// As in [`TriangleRay`], but for the axes above.
     shear: [Doubles; 3],
@@ -144,7 +144,7 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         let old = self.best.0[i].to_bits();
         let t_max = if old == NONE {
             ray.t_max
-        } else if self.exact >> i & 1 != 0 {
+        } else if self.exact.contains(i) {
             self.t[i]
         } else {
             match exact.intersect_permuted(self.corners(old, exact.axes), ray.t_max) {
@@ -156,7 +156,7 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         let Some((t, _, _)) = exact.intersect_permuted(corners, t_max) else { return false };
         if t < t_max || old == NONE || self.id(code) < self.id(old) {
             (self.best.0[i], self.t[i]) = (f32::from_bits(code), t);
-            self.exact |= 1 << i;
+            self.exact.insert(i);
             let [.., z] = self.axes;
             let end =
                 depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t, self.extent);
@@ -246,7 +246,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             extent: 0.0,
             blur: 0.0,
             best: Row::new(f32::from_bits(NONE)),
-            exact: 0,
+            exact: RaySet::NONE,
             t: [0.0; PACKET],
             shear: [Doubles::ZERO; 3],
             same_axes: true,
@@ -321,11 +321,10 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         slabs: &mut Slabs,
         block: u32,
         mut slots: u32,
-        rays: u64,
-    ) -> u64 {
+        groups: u32,
+        rays: &mut RaySet,
+    ) {
         let [.., kz] = self.axes;
-        let mut ended = 0;
-        let lanes = (1u64 << W::LANES) - 1;
         while slots != 0 {
             let slot = slots.trailing_zeros() & 7;
             slots &= slots - 1;
@@ -344,11 +343,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             let nearest = w.splat(smaller(smaller(za, zb), zc));
             let farthest = w.splat(larger(larger(za, zb), zc));
             let (bounds, slack) = ([nearest, farthest], Some(w.splat(self.block_slack[slot])));
-            for at in (0..PACKET).step_by(W::LANES) {
-                let mask = ((rays & !ended) >> at & lanes) as u32;
-                if mask == 0 {
-                    continue;
-                }
+            let mut left = groups;
+            while left != 0 {
+                let group = left.trailing_zeros() as usize % (PACKET / W::LANES);
+                left &= left - 1;
+                let (at, mask) = (group * W::LANES, rays.group::<W>(group));
                 let slope = [self.slope[0].group(w, at), self.slope[1].group(w, at)];
                 let offset = [self.offset[0].group(w, at), self.offset[1].group(w, at)];
                 let end = self.end[1].group(w, at);
@@ -361,7 +360,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], self.start[0].group(w, at)));
                 let mut unclear = maybe & !nearer & !beyond;
                 if ANY_HIT {
-                    ended |= u64::from(nearer) << at;
+                    rays.set_group::<W>(group, mask & !nearer);
                 } else if nearer != 0 {
                     let [low, high] = &mut self.end;
                     w.store(w.select(nearer, depth[0], w.load(&low.0[at..])), &mut low.0[at..]);
@@ -371,7 +370,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                         w.mul_sub(depth[1], w.abs(slabs.reciprocal[kz].group(w, at)), slabs.far[kz].group(w, at));
                     let limit = w.min(w.mul(limit, w.splat(1.0 + 8.0 * U as f32)), old);
                     w.store(w.select(nearer, limit, old), &mut slabs.limit.0[at..]);
-                    self.exact &= !(u64::from(nearer) << at);
+                    self.exact.set_group::<W>(group, self.exact.group::<W>(group) & !nearer);
                     let best = w.select(nearer, w.splat(f32::from_bits(code)), self.best.group(w, at));
                     w.store(best, &mut self.best.0[at..]);
                 }
@@ -379,12 +378,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                     let i = (at + unclear.trailing_zeros() as usize) & (PACKET - 1);
                     unclear &= unclear - 1;
                     if self.settle(together, slabs, i, code) && ANY_HIT {
-                        ended |= 1 << i;
+                        rays.remove(i);
                     }
                 }
             }
         }
-        ended
     }
 
     #[inline(always)]
@@ -418,7 +416,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                         return true;
                     }
                     (self.end[0].0[i], self.end[1].0[i], self.best.0[i]) = (low, high, f32::from_bits(code));
-                    self.exact &= !(1 << i);
+                    self.exact.remove(i);
                     let limit = high * slabs.reciprocal[kz].0[i].abs() - slabs.far[kz].0[i];
                     let limit = limit * (1.0 + 8.0 * U as f32);
                     slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
@@ -434,12 +432,12 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn finish(&mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+    fn finish(&mut self, together: &Together, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
         let count = together.count.min(PACKET);
         if ANY_HIT {
             let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
             for i in 0..count {
-                found(usize::from(together.number[i]), (ended >> i & 1 != 0).then_some(hit));
+                found(usize::from(together.number[i]), (ended.contains(i)).then_some(hit));
             }
             return;
         }

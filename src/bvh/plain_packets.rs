@@ -1,7 +1,7 @@
 //! Rays that run alike against blocks of triangles, in f32.
 
 use super::TriangleHit;
-use super::simd::{Beam, Ends, PACKET, PacketVisitor, Row, Slabs, Together, Wide, groups, ones};
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, RaySet, Row, Slabs, Together, Wide, of_group, ones};
 use super::triangles::TriangleBlock;
 use crate::geometry::Ray;
 
@@ -237,10 +237,9 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
         slabs: &mut Slabs,
         block: u32,
         mut slots: u32,
-        rays: u64,
-    ) -> u64 {
-        let mut ended = 0;
-        let lanes = (1u64 << W::LANES) - 1;
+        groups: u32,
+        rays: &mut RaySet,
+    ) {
         while slots != 0 {
             let slot = slots.trailing_zeros() as usize & 7;
             slots &= slots - 1;
@@ -250,16 +249,16 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
                 sides: [splat(w, &self.block.e1, slot), splat(w, &self.block.e2, slot)],
                 bounds: [splat(w, &self.block.low, slot), splat(w, &self.block.high, slot)],
             };
-            for at in (0..PACKET).step_by(W::LANES) {
-                let mask = ((rays & !ended) >> at & lanes) as u32;
-                if mask == 0 {
-                    continue;
-                }
+            let mut left = groups;
+            while left != 0 {
+                let group = left.trailing_zeros() as usize % (PACKET / W::LANES);
+                left &= left - 1;
+                let (at, mask) = (group * W::LANES, rays.group::<W>(group));
                 let limits = [self.t_min.group(w, at), self.t.group(w, at), self.pad.group(w, at)];
-                let (o, d) = (groups(w, &self.origin, at), groups(w, &self.direction, at));
+                let (o, d) = (of_group(w, &self.origin, at), of_group(w, &self.direction, at));
                 let Some(mut hits) = meet(w, o, d, &triangle, limits, mask) else { continue };
                 if ANY_HIT {
-                    ended |= u64::from(hits.lanes) << at;
+                    rays.set_group::<W>(group, mask & !hits.lanes);
                     continue;
                 }
                 let mut same = hits.lanes & !w.lt(hits.t, limits[1]);
@@ -279,7 +278,6 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
                 w.store(limit, &mut slabs.limit.0[at..]);
             }
         }
-        ended
     }
 
     #[inline(always)]
@@ -315,11 +313,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     }
 
     #[inline(always)]
-    fn finish(&mut self, together: &Together, ended: u64, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+    fn finish(&mut self, together: &Together, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
         for i in 0..together.count.min(PACKET) {
             let code = self.best.0[i].to_bits();
             let hit = if ANY_HIT {
-                (ended >> i & 1 != 0).then_some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 })
+                (ended.contains(i)).then_some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 })
             } else if code == NONE {
                 None
             } else {

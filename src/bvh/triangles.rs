@@ -2,7 +2,7 @@
 
 use super::packets::WatertightPacket;
 use super::plain_packets::MoellerTrumborePacket;
-use super::simd::{Counted, Isa, Lanes, LeafVisitor, filled};
+use super::simd::{Counted, Isa, Lanes, LeafVisitor, RaySet, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, Packets, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
@@ -112,14 +112,14 @@ impl Triangles {
     }
 
     /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it ([`Packets`] says how far); quicker
-    /// where up to [`PACKET`] rays run alike. Returns those that were traced alone, a bit each.
+    /// where up to [`PACKET`] rays run alike. Returns those of the first [`PACKET`] that were traced alone.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],
         mut found: impl FnMut(usize, Option<TriangleHit>),
-    ) -> u64 {
+    ) -> RaySet {
         let left = match K::PACKETS {
-            None => u64::MAX,
+            None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
                 self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found)
             }
@@ -127,17 +127,17 @@ impl Triangles {
                 self.tree.traverse_packet::<MoellerTrumborePacket<false>>(rays, &self.blocks, &mut found)
             }
         };
-        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
+        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {
             found(i, self.intersect::<K>(ray));
         }
         left
     }
 
     /// The same with [`Triangles::occluded`].
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> u64 {
+    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> RaySet {
         let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
         let left = match K::PACKETS {
-            None => u64::MAX,
+            None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
                 self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any)
             }
@@ -145,7 +145,7 @@ impl Triangles {
                 self.tree.traverse_packet::<MoellerTrumborePacket<true>>(rays, &self.blocks, &mut any)
             }
         };
-        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left >> i & 1 != 0) {
+        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {
             found(i, self.occluded::<K>(ray));
         }
         left

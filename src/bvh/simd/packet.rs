@@ -9,6 +9,7 @@
 
 use super::beam::Beam;
 use super::rays::{Ends, Slabs, Together};
+use super::set::{RaySet, each_bit};
 use super::traverse::STACK;
 use super::wide::{Wide, ones};
 use super::{Isa, Portable};
@@ -19,7 +20,7 @@ use crate::geometry::Ray;
 use std::mem::MaybeUninit;
 
 /// Rays that are traversed together at most.
-pub const PACKET: usize = 64;
+pub const PACKET: usize = 256;
 
 /// Subtrees that no more rays reach are finished ray by ray. 6 to 16 are alike (interior, blobs100k, blobs1M).
 const FEW: u32 = 8;
@@ -53,8 +54,8 @@ pub trait PacketVisitor: Sized {
     /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several rays.
     fn cull<E: Wide>(&mut self, eight: E, beam: &Beam<E>, block: u32) -> u32;
 
-    /// Tests some slots of a block against some rays, as many rays at a time as there are lanes. Lowers limits; returns the rays that
-    /// it has ended.
+    /// Tests some slots of a block against some rays of some groups, as many rays at a time as there are lanes. Lowers limits, and takes
+    /// rays that it ends from `rays`.
     fn visit_across<W: Wide>(
         &mut self,
         wide: W,
@@ -62,29 +63,30 @@ pub trait PacketVisitor: Sized {
         slabs: &mut Slabs,
         block: u32,
         slots: u32,
-        rays: u64,
-    ) -> u64;
+        groups: u32,
+        rays: &mut RaySet,
+    );
 
     /// Tests a block against one ray. True ends it.
     fn visit_one<E: Wide>(&mut self, eight: E, together: &Together, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
 
     /// Hands over what was found.
-    fn finish(&mut self, together: &Together, ended: u64, found: impl FnMut(usize, Self::Found));
+    fn finish(&mut self, together: &Together, ended: &RaySet, found: impl FnMut(usize, Self::Found));
 }
 
 impl Bvh {
     /// Traces up to [`PACKET`] rays, those together that run alike, and hands to `found` the number of each and what the visitor has
-    /// found for it. Returns the rays that are left, a bit each: those that no others run like, or that can not be taken.
+    /// found for it. Returns the rays that are left: those that no others run like, or that can not be taken.
     #[inline]
     pub fn traverse_packet<V: PacketVisitor>(
         &self,
         rays: &[Ray],
         source: V::Source,
         found: &mut impl FnMut(usize, V::Found),
-    ) -> u64 {
+    ) -> RaySet {
         let rays = &rays[..rays.len().min(PACKET)];
         if self.nodes.is_empty() || rays.len() < V::LEAST as usize {
-            return first(rays.len());
+            return RaySet::first(rays.len());
         }
         match self.isa {
             Isa::Portable => sort::<_, _, V>(Portable, Portable, self, rays, source, found),
@@ -109,7 +111,7 @@ unsafe fn packet_avx2<V: PacketVisitor>(
     rays: &[Ray],
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
-) -> u64 {
+) -> RaySet {
     // SAFETY: this function's own condition.
     let eight = unsafe { Avx2::new() };
     sort::<_, _, V>(eight, eight, tree, rays, source, found)
@@ -124,7 +126,7 @@ unsafe fn packet_avx512<V: PacketVisitor>(
     rays: &[Ray],
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
-) -> u64 {
+) -> RaySet {
     // SAFETY: this function's own condition.
     let (eight, wide) = unsafe { (Avx2::new(), Avx512::new()) };
     sort::<_, _, V>(eight, wide, tree, rays, source, found)
@@ -135,14 +137,9 @@ unsafe fn packet_avx512<V: PacketVisitor>(
 struct Waiting {
     child: Child,
     distance: f32,
-    /// A bit a ray.
-    rays: u64,
-}
-
-/// The lowest `count` bits.
-#[inline(always)]
-fn first(count: usize) -> u64 {
-    if count == 0 { 0 } else { u64::MAX >> (PACKET - count) }
+    rays: RaySet,
+    /// Groups in which there are any, a bit each.
+    groups: u32,
 }
 
 /// Traces the rays of each octant together. Returns the rays that are left.
@@ -154,16 +151,15 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     rays: &[Ray],
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
-) -> u64 {
-    let count = rays.len();
-    let mut left = first(count);
+) -> RaySet {
+    let mut left = RaySet::first(rays.len());
     let (mut any, mut all) = (0, 7);
     for ray in rays {
         let octant = octant_of(ray);
         (any, all) = (any | octant, all & octant);
     }
     // In most packets all are of one octant, and all can be taken.
-    let mut octants = [0; 8];
+    let mut octants = [RaySet::NONE; 8];
     octants[0] = left;
     let mut sorted = false;
     if any != all {
@@ -174,15 +170,15 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     while at < 8 {
         let which = octants[at];
         at += 1;
-        if which.count_ones() < V::LEAST {
+        if which.len() < V::LEAST {
             continue;
         }
-        if traverse::<_, _, V>(eight, wide, tree, rays, which, source, found) {
-            left &= !which;
+        if traverse::<_, _, V>(eight, wide, tree, rays, &which, source, found) {
+            left = left.without(&which);
         } else if !sorted {
             // Without those that can not be taken, if that is why.
             let fit = by_octant::<V>(rays, tree.extent);
-            if fit.iter().fold(0, |all, octant| all | octant) != which {
+            if fit.iter().fold(RaySet::NONE, |all, octant| all.and(octant)) != which {
                 (octants, sorted, at) = (fit, true, 0);
             }
         }
@@ -190,12 +186,14 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     left
 }
 
-/// The rays that can be taken, by octant of their directions, a bit each.
+/// The rays that can be taken, by octant of their directions.
 #[inline(always)]
-fn by_octant<V: PacketVisitor>(rays: &[Ray], extent: f64) -> [u64; 8] {
-    let mut octants = [0; 8];
+fn by_octant<V: PacketVisitor>(rays: &[Ray], extent: f64) -> [RaySet; 8] {
+    let mut octants = [RaySet::NONE; 8];
     for (i, ray) in rays.iter().enumerate() {
-        octants[octant_of(ray)] |= u64::from(V::is_fit(ray, extent)) << i;
+        if V::is_fit(ray, extent) {
+            octants[octant_of(ray)].insert(i);
+        }
     }
     octants
 }
@@ -214,12 +212,11 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     wide: W,
     tree: &Bvh,
     rays: &[Ray],
-    which: u64,
+    which: &RaySet,
     source: V::Source,
     found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
     let together = Together::new(rays, which);
-    let count = together.count;
     let ends = Ends::new(&together);
     let mut visitor = V::new(source);
     if !visitor.take(&together, &ends, tree.extent) {
@@ -229,27 +226,26 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     slabs.take(&together, V::SLACK, tree.extent);
     let Some(beam) = Beam::new(eight, wide, &ends, &mut slabs, together.filled, tree.extent) else { return false };
     // Rays that the visitor has not ended.
-    let all = first(count);
+    let all = RaySet::first(together.count);
     let mut alive = all;
     let mut stack = [MaybeUninit::<Waiting>::uninit(); STACK];
-    stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: all });
+    stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: all, groups: all.groups::<W>() });
     let mut top = 1;
     while top > 0 {
         top -= 1;
         // SAFETY: entries below `top` have been written.
-        let Waiting { child, distance, rays: mut active } = unsafe { stack.get_unchecked(top).assume_init() };
-        active &= alive;
+        let Waiting { child, distance, rays: mut active, groups: of_all } =
+            unsafe { stack.get_unchecked(top).assume_init() };
         let from = wide.splat(distance);
-        let mut groups = 0;
-        for at in (0..PACKET).step_by(W::LANES) {
-            let group = active >> at & lanes_mask::<W>();
-            if group != 0 {
-                let before = u64::from(wide.le(from, wide.load(&slabs.limit.0[at..])));
-                active &= !(!before & lanes_mask::<W>()) << at | !(lanes_mask::<W>() << at);
-                groups += 1;
-            }
-        }
-        if active == 0 {
+        let (mut groups, mut count) = (0, 0);
+        each_bit(of_all.into(), |g| {
+            let before = wide.le(from, slabs.limit.group(wide, g * W::LANES));
+            let lanes = active.group::<W>(g) & alive.group::<W>(g) & before;
+            active.set_group::<W>(g, lanes);
+            groups |= u32::from(lanes != 0) << g;
+            count += lanes.count_ones();
+        });
+        if groups == 0 {
             continue;
         }
         if child.is_leaf() {
@@ -259,62 +255,67 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
                 if slots == 0 {
                     continue;
                 }
-                active &= alive;
-                if slots.count_ones() * groups <= active.count_ones() {
-                    alive &= !visitor.visit_across(wide, &together, &mut slabs, block, slots, active);
+                if slots.count_ones() * groups.count_ones() <= count {
+                    let before = active;
+                    visitor.visit_across(wide, &together, &mut slabs, block, slots, groups, &mut active);
+                    if V::ANY_HIT {
+                        alive = alive.without(&before.without(&active));
+                    }
                 } else {
-                    each(active, |i| {
+                    let rays = active;
+                    rays.each(|i| {
                         if visitor.visit_one(eight, &together, &mut slabs, block, i) {
-                            alive &= !(1 << i);
+                            active.remove(i);
+                            alive.remove(i);
                         }
                     });
                 }
             }
-            if alive == 0 {
-                break;
-            }
             continue;
         }
-        if active.count_ones() <= FEW {
-            each(active, |i| {
+        if count <= FEW {
+            active.each(|i| {
                 if walk(eight, tree, &together, &mut slabs, &mut visitor, i, child) {
-                    alive &= !(1 << i);
+                    alive.remove(i);
                 }
             });
-            if alive == 0 {
-                break;
-            }
             continue;
         }
         // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).
         let node = unsafe { tree.nodes.get_unchecked(child.0 as usize) };
-        let (mut mask, distances, whole) = beam.entries(eight, &node.planes);
+        let (mask, distances, whole) = beam.entries(eight, &node.planes);
         let mut entries = [0.0; 8];
         eight.store(distances, &mut entries);
+        // Group by group, so that the numbers of its rays are loaded once for all children.
+        let (mut reached, mut in_groups) = ([active; 8], [groups; 8]);
+        let asked = mask & !whole;
+        each_bit(asked.into(), |k| (reached[k & 7], in_groups[k & 7]) = (RaySet::NONE, 0));
+        if asked != 0 {
+            each_bit(groups.into(), |g| {
+                let (rays, lanes) = (slabs.of_group(wide, g * W::LANES), active.group::<W>(g));
+                each_bit(asked.into(), |k| {
+                    let met = rays.meet(wide, &slabs.rows, &node.planes, k & 7) & lanes;
+                    reached[k & 7].set_group::<W>(g, met);
+                    in_groups[k & 7] |= u32::from(met != 0) << g;
+                });
+            });
+        }
         let bottom = top;
-        while mask != 0 {
-            let k = mask.trailing_zeros() as usize & 7;
-            mask &= mask - 1;
-            let mut reach = active;
-            if whole >> k & 1 == 0 {
-                reach = 0;
-                for at in (0..PACKET).step_by(W::LANES) {
-                    if active >> at & lanes_mask::<W>() != 0 {
-                        reach |= u64::from(slabs.meet(wide, at, &node.planes, k)) << at;
-                    }
-                }
-                reach &= active;
-                if reach == 0 {
-                    continue;
-                }
+        each_bit(mask.into(), |k| {
+            let k = k & 7;
+            if in_groups[k] == 0 {
+                return;
             }
-            let new = Waiting { child: node.children[k], distance: entries[k], rays: reach };
+            let new = Waiting { child: node.children[k], distance: entries[k], rays: reached[k], groups: in_groups[k] };
             let mut at = top;
             debug_assert!(top < STACK);
             // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below `top` have been
             // written. Nearest on top.
             unsafe {
-                while !V::ANY_HIT && at > bottom && stack.get_unchecked(at - 1).assume_init().distance < new.distance {
+                while !V::ANY_HIT
+                    && at > bottom
+                    && stack.get_unchecked(at - 1).assume_init_ref().distance < new.distance
+                {
                     let moved = *stack.get_unchecked(at - 1);
                     *stack.get_unchecked_mut(at) = moved;
                     at -= 1;
@@ -322,25 +323,10 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
                 stack.get_unchecked_mut(at).write(new);
             }
             top += 1;
-        }
+        });
     }
-    visitor.finish(&together, all & !alive, found);
+    visitor.finish(&together, &all.without(&alive), found);
     true
-}
-
-/// A bit a lane.
-#[inline(always)]
-fn lanes_mask<W: Wide>() -> u64 {
-    (1 << W::LANES) - 1
-}
-
-/// Calls `visit` with the number of each bit.
-#[inline(always)]
-fn each(mut bits: u64, mut visit: impl FnMut(usize)) {
-    while bits != 0 {
-        visit(bits.trailing_zeros() as usize & (PACKET - 1));
-        bits &= bits - 1;
-    }
 }
 
 /// Visits the leaves of a subtree that one of the rays may meet, nearer ones first. Whether the visitor ended it.

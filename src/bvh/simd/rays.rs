@@ -3,7 +3,8 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::packet::PACKET;
-use super::wide::{Row, Wide};
+use super::set::RaySet;
+use super::wide::{Row, Wide, of_group};
 use crate::geometry::Ray;
 use glam::DVec3;
 
@@ -55,41 +56,42 @@ pub struct Together {
 }
 
 impl Together {
-    /// Takes those of up to [`PACKET`] rays that have a bit in `which`, at least one.
+    /// Takes some of up to [`PACKET`] rays, at least one.
     #[inline(always)]
-    pub fn new(rays: &[Ray], mut which: u64) -> Self {
-        let count = which.count_ones() as usize;
+    pub fn new(rays: &[Ray], which: &RaySet) -> Self {
+        let count = which.len() as usize;
         let filled = count.next_multiple_of(16);
         let zero = Doubles::ZERO;
         let (origin, direction, number) = ([zero; 3], [zero; 3], [0; PACKET]);
         let mut new = Self { count, filled, number, origin, direction, t_min: zero, t_max: zero };
-        if which.count_ones() == PACKET as u32
-            && let Some(rays) = rays.first_chunk::<PACKET>()
-        {
+        if count == rays.len() {
             // Without the detours of the loop below: 4 % of packets of f32.
-            for (i, ray) in rays.iter().enumerate() {
-                let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-                for axis in 0..3 {
-                    new.origin[axis].0[i] = o[axis];
-                    new.direction[axis].0[i] = d[axis];
-                }
-                (new.t_min.0[i], new.t_max.0[i], new.number[i]) = (ray.t_min, ray.t_max, i as u8);
+            for (i, ray) in rays.iter().enumerate().take(PACKET) {
+                new.put(i, i, ray);
             }
-            return new;
+        } else {
+            let mut i = 0;
+            which.each(|k| {
+                new.put(i, k, &rays[k]);
+                i += 1;
+            });
         }
-        let one = which.trailing_zeros() as usize;
-        for i in 0..filled.min(PACKET) {
-            let k = if which == 0 { one } else { which.trailing_zeros() as usize };
-            which &= which.wrapping_sub(1);
-            let ray = &rays[k];
-            let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-            for axis in 0..3 {
-                new.origin[axis].0[i] = o[axis];
-                new.direction[axis].0[i] = d[axis];
-            }
-            (new.t_min.0[i], new.t_max.0[i], new.number[i]) = (ray.t_min, ray.t_max, k as u8);
+        let first = new.number[0];
+        for i in count..filled.min(PACKET) {
+            new.put(i, first.into(), &rays[usize::from(first)]);
         }
         new
+    }
+
+    #[inline(always)]
+    fn put(&mut self, i: usize, number: usize, ray: &Ray) {
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        let i = i & (PACKET - 1);
+        for axis in 0..3 {
+            self.origin[axis].0[i] = o[axis];
+            self.direction[axis].0[i] = d[axis];
+        }
+        (self.t_min.0[i], self.t_max.0[i], self.number[i]) = (ray.t_min, ray.t_max, number as u8);
     }
 
     /// One of them.
@@ -189,18 +191,40 @@ impl Slabs {
         }
     }
 
-    /// Which rays of the group that starts at place `at` meet a box, a bit each.
+    /// The rays of the group that starts at place `at`.
     #[inline(always)]
-    pub fn meet<W: Wide>(&self, w: W, at: usize, planes: &[[f32; 8]; 6], child: usize) -> u32 {
-        let mut enter = self.t_min.group(w, at);
-        let mut exit = self.limit.group(w, at);
+    pub fn of_group<W: Wide>(&self, w: W, at: usize) -> SlabGroup<W> {
+        SlabGroup {
+            reciprocal: of_group(w, &self.reciprocal, at),
+            near_reciprocal: of_group(w, &self.near_reciprocal, at),
+            near: of_group(w, &self.near, at),
+            far: of_group(w, &self.far, at),
+            t_min: self.t_min.group(w, at),
+            limit: self.limit.group(w, at),
+        }
+    }
+}
+
+/// As many rays as there are lanes, as boxes are tested against them.
+pub struct SlabGroup<W: Wide> {
+    reciprocal: [W::V; 3],
+    near_reciprocal: [W::V; 3],
+    near: [W::V; 3],
+    far: [W::V; 3],
+    t_min: W::V,
+    limit: W::V,
+}
+
+impl<W: Wide> SlabGroup<W> {
+    /// Which of them meet the box of a child, a bit each. `rows`: those of [`Slabs`].
+    #[inline(always)]
+    pub fn meet(&self, w: W, rows: &[usize; 3], planes: &[[f32; 8]; 6], child: usize) -> u32 {
+        let (mut enter, mut exit) = (self.t_min, self.limit);
         for axis in 0..3 {
             // SAFETY: rows are below 6 (`Beam::new`).
-            let (near, far) =
-                unsafe { (planes.get_unchecked(self.rows[axis]), planes.get_unchecked(self.rows[axis] ^ 1)) };
-            let near =
-                w.mul_sub(w.splat(near[child]), self.near_reciprocal[axis].group(w, at), self.near[axis].group(w, at));
-            let far = w.mul_sub(w.splat(far[child]), self.reciprocal[axis].group(w, at), self.far[axis].group(w, at));
+            let (near, far) = unsafe { (planes.get_unchecked(rows[axis]), planes.get_unchecked(rows[axis] ^ 1)) };
+            let near = w.mul_sub(w.splat(near[child]), self.near_reciprocal[axis], self.near[axis]);
+            let far = w.mul_sub(w.splat(far[child]), self.reciprocal[axis], self.far[axis]);
             (enter, exit) = (w.max(near, enter), w.min(far, exit));
         }
         w.le(enter, exit)

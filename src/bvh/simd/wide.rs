@@ -29,7 +29,7 @@ impl Row {
 
 /// Those of a group of rays, by axis.
 #[inline(always)]
-pub fn groups<W: Wide>(w: W, [x, y, z]: &[Row; 3], at: usize) -> [W::V; 3] {
+pub fn of_group<W: Wide>(w: W, [x, y, z]: &[Row; 3], at: usize) -> [W::V; 3] {
     [x.group(w, at), y.group(w, at), z.group(w, at)]
 }
 
