@@ -249,7 +249,7 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
                 let left = tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
                 together += usize::from(left.len() < rays.len() as u32);
-                tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
+                tree.occluded_packet::<Robust>(&rays, |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{what} {i} {k} {} {ray:?}", isa.name());
@@ -277,7 +277,7 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
             for ray in &rays {
                 let (mut hit, mut any) = (None, false);
                 trees[0].1.intersect_packet::<Fast>(&[*ray], |_, found| hit = found);
-                trees[0].1.occluded_packet::<Fast>(&[*ray], |_, found| any = found);
+                trees[0].1.occluded_packet::<Fast>(&[*ray], |_| any = true);
                 assert_eq!(any, hit.is_some(), "{what} {i} {ray:?}");
                 differ += usize::from(bits(hit) != bits(trees[0].1.intersect::<Fast>(ray)));
                 hits += usize::from(any);
@@ -287,7 +287,7 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
                 for start in [0, rays.len() / 3] {
                     let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
                     tree.intersect_packet::<Fast>(&rays[start..], |k, hit| found[start + k] = hit);
-                    tree.occluded_packet::<Fast>(&rays[start..], |k, any| occluded[start + k] = any);
+                    tree.occluded_packet::<Fast>(&rays[start..], |k| occluded[start + k] = true);
                     for (k, ray) in rays.iter().enumerate().skip(start) {
                         assert_eq!(bits(found[k]), alone[k], "{what} {i} {k} {} {ray:?}", isa.name());
                         assert_eq!(occluded[k], alone[k].is_some(), "{what} {i} {k} {} {ray:?}", isa.name());
@@ -307,7 +307,7 @@ fn same_together(triangles: &Corners, rays: &[Ray], what: &str) -> usize {
         let tree = build(triangles, isa);
         let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
         tree.intersect_packet::<Robust>(rays, |k, hit| found[k] = hit);
-        tree.occluded_packet::<Robust>(rays, |k, any| occluded[k] = any);
+        tree.occluded_packet::<Robust>(rays, |k| occluded[k] = true);
         for (k, ray) in rays.iter().enumerate() {
             let alone = tree.intersect::<Robust>(ray);
             assert_eq!(bits(found[k]), bits(alone), "{what} {k} {} {ray:?}", isa.name());
@@ -396,7 +396,7 @@ fn triangles_seen_edge_on_are_met_together_as_alone() {
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
                 tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
-                tree.occluded_packet::<Robust>(&rays, |k, any| occluded[k] = any);
+                tree.occluded_packet::<Robust>(&rays, |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{i} {k} {} {ray:?}", isa.name());

@@ -435,11 +435,9 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     fn finish(&mut self, together: &Together, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
         let count = together.count.min(PACKET);
         if ANY_HIT {
-            let hit = TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 };
-            for i in 0..count {
-                found(usize::from(together.number[i]), (ended.contains(i)).then_some(hit));
-            }
-            return;
+            return ended.each(|i| {
+                found(together.number[i].into(), Some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 }));
+            });
         }
         let mut corners = [[Row::new(0.0); 3]; 3];
         let mut own = if self.same_axes { None } else { Some([Doubles::ZERO; 3]) };

@@ -20,8 +20,6 @@ const NONE: u32 = 1 << 30;
 /// is widened by less than the boxes on the way are: what is found is the first of all such hits, in whatever order.
 pub struct MoellerTrumborePacket<'a, const ANY_HIT: bool> {
     blocks: &'a [TriangleBlock],
-    origin: [Row; 3],
-    direction: [Row; 3],
     t_min: Row,
     /// Of the nearest hit so far; where the ray ends if there is none.
     t: Row,
@@ -172,8 +170,6 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
         let zero = [[0.0; 8]; 3];
         Self {
             blocks,
-            origin: [row; 3],
-            direction: [row; 3],
             t_min: row,
             t: row,
             u: row,
@@ -194,13 +190,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             return false;
         }
         let filled = together.filled.min(PACKET);
-        for axis in 0..3 {
-            for i in 0..filled {
-                self.origin[axis].0[i] = together.origin[axis].0[i] as f32;
-                self.direction[axis].0[i] = together.direction[axis].0[i] as f32;
-            }
-        }
-        let [x, y, z] = &self.origin;
+        let [x, y, z] = &together.near_origin;
         for i in 0..filled {
             self.t_min.0[i] = rounded_down(together.t_min.0[i]);
             self.t.0[i] = rounded_down(together.t_max.0[i]);
@@ -233,7 +223,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     fn visit_across<W: Wide>(
         &mut self,
         w: W,
-        _together: &Together,
+        together: &Together,
         slabs: &mut Slabs,
         block: u32,
         mut slots: u32,
@@ -255,7 +245,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
                 left &= left - 1;
                 let (at, mask) = (group * W::LANES, rays.group::<W>(group));
                 let limits = [self.t_min.group(w, at), self.t.group(w, at), self.pad.group(w, at)];
-                let (o, d) = (of_group(w, &self.origin, at), of_group(w, &self.direction, at));
+                let (o, d) = (of_group(w, &together.near_origin, at), of_group(w, &together.near_direction, at));
                 let Some(mut hits) = meet(w, o, d, &triangle, limits, mask) else { continue };
                 if ANY_HIT {
                     rays.set_group::<W>(group, mask & !hits.lanes);
@@ -281,7 +271,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(&mut self, e: E, _together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+    fn visit_one<E: Wide>(&mut self, e: E, together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
         let [a, b, c] = &self.blocks[block as usize].corners;
         let (a, b, c) = (load_eight(e, a), load_eight(e, b), load_eight(e, c));
         let (mut low, mut high) = (a, a);
@@ -290,7 +280,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             high[axis] = e.max(e.max(a[axis], b[axis]), c[axis]);
         }
         let triangle = Triangle { corner: a, sides: [sub(e, b, a), sub(e, c, a)], bounds: [low, high] };
-        let (o, d) = (ones(e, &self.origin, i), ones(e, &self.direction, i));
+        let (o, d) = (ones(e, &together.near_origin, i), ones(e, &together.near_direction, i));
         let limits = [self.t_min.one(e, i), self.t.one(e, i), self.pad.one(e, i)];
         let Some(mut hits) = meet(e, o, d, &triangle, limits, 0xff) else { return false };
         if ANY_HIT {
@@ -314,11 +304,14 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
 
     #[inline(always)]
     fn finish(&mut self, together: &Together, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        if ANY_HIT {
+            return ended.each(|i| {
+                found(together.number[i].into(), Some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 }));
+            });
+        }
         for i in 0..together.count.min(PACKET) {
             let code = self.best.0[i].to_bits();
-            let hit = if ANY_HIT {
-                (ended.contains(i)).then_some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 })
-            } else if code == NONE {
+            let hit = if code == NONE {
                 None
             } else {
                 let wide = |row: &Row| f64::from(row.0[i]);

@@ -133,9 +133,9 @@ impl Triangles {
         left
     }
 
-    /// The same with [`Triangles::occluded`].
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize, bool)) -> RaySet {
-        let mut any = |i, hit: Option<TriangleHit>| found(i, hit.is_some());
+    /// The same with [`Triangles::occluded`]; `found` hears of those only that meet a triangle.
+    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize)) -> RaySet {
+        let mut any = |i, _: Option<TriangleHit>| found(i);
         let left = match K::PACKETS {
             None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
@@ -146,7 +146,9 @@ impl Triangles {
             }
         };
         for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {
-            found(i, self.occluded::<K>(ray));
+            if self.occluded::<K>(ray) {
+                found(i);
+            }
         }
         left
     }

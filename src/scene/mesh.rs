@@ -138,7 +138,7 @@ impl Mesh {
     }
 
     /// See [`Triangles::occluded_packet`].
-    pub(super) fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], found: impl FnMut(usize, bool)) {
+    pub(super) fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], found: impl FnMut(usize)) {
         self.tree.occluded_packet::<K>(rays, found);
     }
 

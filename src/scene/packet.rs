@@ -117,10 +117,8 @@ impl Packet {
             }
             let rays = &rays[..size];
             if ANY_HIT {
-                mesh.occluded_packet::<K>(rays, |k, occluded| {
-                    if occluded {
-                        (self.front.object[numbers[k]], self.front.limit[numbers[k]]) = (index, DONE);
-                    }
+                mesh.occluded_packet::<K>(rays, |k| {
+                    (self.front.object[numbers[k]], self.front.limit[numbers[k]]) = (index, DONE);
                 });
             } else {
                 mesh.intersect_packet::<K>(rays, |k, hit| {

@@ -73,8 +73,8 @@ fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool,
         packet.clear();
         packet.extend(rays.iter().map(widened));
         if any {
-            let value = |hit| if hit { (0.0, 0) } else { (f32::INFINITY, u32::MAX) };
-            tree.occluded_packet::<K>(&packet, |k, hit| out[k] = value(hit));
+            out.fill((f32::INFINITY, u32::MAX));
+            tree.occluded_packet::<K>(&packet, |k| out[k] = (0.0, 0));
         } else {
             let value = |hit: Option<TriangleHit>| hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t as f32, h.triangle));
             tree.intersect_packet::<K>(&packet, |k, hit| out[k] = value(hit));

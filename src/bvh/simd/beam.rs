@@ -2,7 +2,6 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of axes run over several arrays at once.
 
-use super::packet::PACKET;
 use super::rays::{Ends, Slabs};
 use super::wide::Wide;
 use crate::geometry::PaddedSlab;
@@ -33,18 +32,13 @@ impl<E: Wide> Beam<E> {
         let zero = eight.splat(0.0);
         let mut beam = Self { rows, origin: [[zero; 3]; 2], reciprocal: [[zero; 3]; 2], t_min: zero };
         for axis in 0..3 {
-            let (mut least, mut greatest) = (wide.splat(f32::INFINITY), wide.splat(f32::NEG_INFINITY));
-            for at in (0..filled.min(PACKET)).step_by(W::LANES) {
-                let row = wide.load(&slabs.reciprocal[axis].0[at..]);
-                (least, greatest) = (wide.min(row, least), wide.max(row, greatest));
-            }
-            let [first, last] = wide.ends(least, greatest);
+            let [first, last] = slabs.reciprocal[axis].ends(wide, filled);
             let negative = last < 0.0;
             if !((negative || first > 0.0) && (first - last).is_finite()) {
                 return None;
             }
             rows[axis] = 2 * axis + usize::from(negative);
-            // Two roundings of the origin and its difference to a plane, the visitor's slack, and what `Slabs` pad for components that
+            // Three roundings of the origin and its difference to a plane, the visitor's slack, and what `Slabs` pad for components that
             // are almost zero; what else is rounded is relative to t and made up for below.
             let [low, high] = ends.origin[axis];
             let pad = (low.abs().max(high.abs()) + extent) * 2f64.powi(-19);

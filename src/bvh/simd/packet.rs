@@ -70,7 +70,7 @@ pub trait PacketVisitor: Sized {
     /// Tests a block against one ray. True ends it.
     fn visit_one<E: Wide>(&mut self, eight: E, together: &Together, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
 
-    /// Hands over what was found.
+    /// Hands over what was found; with any hit, for those only that were ended.
     fn finish(&mut self, together: &Together, ended: &RaySet, found: impl FnMut(usize, Self::Found));
 }
 
@@ -153,18 +153,10 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     found: &mut impl FnMut(usize, V::Found),
 ) -> RaySet {
     let mut left = RaySet::first(rays.len());
-    let (mut any, mut all) = (0, 7);
-    for ray in rays {
-        let octant = octant_of(ray);
-        (any, all) = (any | octant, all & octant);
-    }
     // In most packets all are of one octant, and all can be taken.
     let mut octants = [RaySet::NONE; 8];
     octants[0] = left;
     let mut sorted = false;
-    if any != all {
-        (octants, sorted) = (by_octant::<V>(rays, tree.extent), true);
-    }
     let mut at = 0;
     // The one place where packets are traced: with two, half of what is in them was not inlined.
     while at < 8 {
@@ -176,9 +168,9 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
         if traverse::<_, _, V>(eight, wide, tree, rays, &which, source, found) {
             left = left.without(&which);
         } else if !sorted {
-            // Without those that can not be taken, if that is why.
+            // Octant by octant, without those that can not be taken, if that is why.
             let fit = by_octant::<V>(rays, tree.extent);
-            if fit.iter().fold(RaySet::NONE, |all, octant| all.and(octant)) != which {
+            if !fit.contains(&which) {
                 (octants, sorted, at) = (fit, true, 0);
             }
         }
@@ -217,7 +209,10 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
     let together = Together::new(rays, which);
-    let ends = Ends::new(&together);
+    let ends = Ends::new(wide, &together);
+    if ends.direction.iter().any(|[low, high]| *low < 0.0 && *high > 0.0) {
+        return false;
+    }
     let mut visitor = V::new(source);
     if !visitor.take(&together, &ends, tree.extent) {
         return false;

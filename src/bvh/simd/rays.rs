@@ -16,25 +16,6 @@ pub struct Doubles(pub [f64; PACKET]);
 impl Doubles {
     /// Nothing but zeros.
     pub const ZERO: Self = Self([0.0; PACKET]);
-
-    /// The smallest and the largest of the first `count`, which is a multiple of eight. NaN counts for nothing.
-    #[inline(always)]
-    fn ends(&self, count: usize) -> [f64; 2] {
-        let (mut low, mut high) = ([f64::INFINITY; 8], [f64::NEG_INFINITY; 8]);
-        for v in self.0[..count].chunks_exact(8) {
-            for k in 0..8 {
-                low[k] = if v[k] < low[k] { v[k] } else { low[k] };
-                high[k] = if v[k] > high[k] { v[k] } else { high[k] };
-            }
-        }
-        for half in [4, 2, 1] {
-            for k in 0..half {
-                low[k] = if low[k + half] < low[k] { low[k + half] } else { low[k] };
-                high[k] = if high[k + half] > high[k] { high[k + half] } else { high[k] };
-            }
-        }
-        [low[0], high[0]]
-    }
 }
 
 /// Rays of one packet. Places beyond the last ray, up to a multiple of 16, repeat the first one.
@@ -53,6 +34,10 @@ pub struct Together {
     pub t_min: Doubles,
     /// See [`Ray`].
     pub t_max: Doubles,
+    /// Origins, rounded.
+    pub near_origin: [Row; 3],
+    /// Directions, rounded.
+    pub near_direction: [Row; 3],
 }
 
 impl Together {
@@ -62,8 +47,17 @@ impl Together {
         let count = which.len() as usize;
         let filled = count.next_multiple_of(16);
         let zero = Doubles::ZERO;
-        let (origin, direction, number) = ([zero; 3], [zero; 3], [0; PACKET]);
-        let mut new = Self { count, filled, number, origin, direction, t_min: zero, t_max: zero };
+        let mut new = Self {
+            count,
+            filled,
+            number: [0; PACKET],
+            origin: [zero; 3],
+            direction: [zero; 3],
+            t_min: zero,
+            t_max: zero,
+            near_origin: [Row::new(0.0); 3],
+            near_direction: [Row::new(0.0); 3],
+        };
         if count == rays.len() {
             // Without the detours of the loop below: 4 % of packets of f32.
             for (i, ray) in rays.iter().enumerate().take(PACKET) {
@@ -79,6 +73,10 @@ impl Together {
         let first = new.number[0];
         for i in count..filled.min(PACKET) {
             new.put(i, first.into(), &rays[usize::from(first)]);
+        }
+        for axis in 0..3 {
+            round(filled, &new.origin[axis], &mut new.near_origin[axis]);
+            round(filled, &new.direction[axis], &mut new.near_direction[axis]);
         }
         new
     }
@@ -120,7 +118,7 @@ pub struct Slabs {
     pub(super) rows: [usize; 3],
 }
 
-/// Intervals that hold the rays of a packet.
+/// Intervals that hold the rays of a packet, rounded to f32. NaN counts for nothing.
 pub struct Ends {
     /// Of the origins, by axis.
     pub origin: [[f64; 2]; 3],
@@ -130,13 +128,21 @@ pub struct Ends {
 
 impl Ends {
     #[inline(always)]
-    pub fn new(together: &Together) -> Self {
-        let n = together.filled;
-        let (o, d) = (&together.origin, &together.direction);
-        Self {
-            origin: [o[0].ends(n), o[1].ends(n), o[2].ends(n)],
-            direction: [d[0].ends(n), d[1].ends(n), d[2].ends(n)],
+    pub fn new<W: Wide>(w: W, together: &Together) -> Self {
+        let filled = together.filled.min(PACKET);
+        let mut ends = Self { origin: [[0.0; 2]; 3], direction: [[0.0; 2]; 3] };
+        for axis in 0..3 {
+            ends.origin[axis] = together.near_origin[axis].ends(w, filled).map(f64::from);
+            ends.direction[axis] = together.near_direction[axis].ends(w, filled).map(f64::from);
         }
+        ends
+    }
+}
+
+#[inline(always)]
+fn round(filled: usize, from: &Doubles, to: &mut Row) {
+    for i in 0..filled.min(PACKET) {
+        to.0[i] = from.0[i] as f32;
     }
 }
 
@@ -162,7 +168,7 @@ impl Slabs {
     /// applied. The pad is 8u|o| and the visitor's slack, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
     #[inline(always)]
     pub fn take(&mut self, together: &Together, slack: f32, extent: f64) {
-        let Together { filled, origin, direction, t_min, t_max, .. } = together;
+        let Together { filled, near_origin: origin, near_direction: direction, t_min, t_max, .. } = together;
         let filled = (*filled).min(PACKET);
         let (mut pad, mut least) = (Row::new(0.0), Row::new(0.0));
         let slack = slack * U + 2f32.powi(-37);
@@ -173,7 +179,7 @@ impl Slabs {
             let (r, nr) = (&mut self.reciprocal[axis].0, &mut self.near_reciprocal[axis].0);
             let (near, far) = (&mut self.near[axis].0, &mut self.far[axis].0);
             for i in 0..filled {
-                let (o, d) = (o[i] as f32, d[i] as f32);
+                let (o, d) = (o[i], d[i]);
                 let small = least.0[i].copysign(d);
                 let inverse = 1.0 / if d.abs() < least.0[i] { small } else { d };
                 let (constant, pad) = (o * inverse, pad.0[i] * inverse.abs());
@@ -231,11 +237,11 @@ impl<W: Wide> SlabGroup<W> {
     }
 }
 
-/// The largest component of each vector, rounded.
+/// The largest component of each vector.
 #[inline(always)]
-fn sizes(count: usize, [x, y, z]: &[Doubles; 3], mut take: impl FnMut(usize, f32)) {
+fn sizes(count: usize, [x, y, z]: &[Row; 3], mut take: impl FnMut(usize, f32)) {
     for i in 0..count.min(PACKET) {
-        let (x, y, z) = ((x.0[i] as f32).abs(), (y.0[i] as f32).abs(), (z.0[i] as f32).abs());
+        let (x, y, z) = (x.0[i].abs(), y.0[i].abs(), z.0[i].abs());
         let larger = if x > y { x } else { y };
         take(i, if larger > z { larger } else { z });
     }
