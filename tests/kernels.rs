@@ -1,7 +1,7 @@
 //! The triangle kernels of every instruction set against the all-f64 yardstick and against brute force, bit for bit.
 
 use glam::{DVec3, Vec3};
-use glimt::bvh::{Isa, PACKET, TreeKernels, TriangleHit, Triangles};
+use glimt::bvh::{Isa, PACKET, PacketRoom, TreeKernels, TriangleHit, Triangles};
 use glimt::geometry::{Fast, Ray, Reference, Robust, TriangleRay};
 use glimt::math::SplitMix64;
 use std::num::NonZeroUsize;
@@ -247,9 +247,9 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
             let rays = alike(&triangles, size, &mut rng);
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                let left = tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
+                let left = tree.intersect_packet::<Robust>(&rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
                 together += usize::from(left.len() < rays.len() as u32);
-                tree.occluded_packet::<Robust>(&rays, |k| occluded[k] = true);
+                tree.occluded_packet::<Robust>(&rays, &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{what} {i} {k} {} {ray:?}", isa.name());
@@ -276,8 +276,8 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
             let mut alone = vec![];
             for ray in &rays {
                 let (mut hit, mut any) = (None, false);
-                trees[0].1.intersect_packet::<Fast>(&[*ray], |_, found| hit = found);
-                trees[0].1.occluded_packet::<Fast>(&[*ray], |_| any = true);
+                trees[0].1.intersect_packet::<Fast>(&[*ray], &mut PacketRoom::default(), |_, found| hit = found);
+                trees[0].1.occluded_packet::<Fast>(&[*ray], &mut PacketRoom::default(), |_| any = true);
                 assert_eq!(any, hit.is_some(), "{what} {i} {ray:?}");
                 differ += usize::from(bits(hit) != bits(trees[0].1.intersect::<Fast>(ray)));
                 hits += usize::from(any);
@@ -286,8 +286,12 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
             for (isa, tree) in &trees {
                 for start in [0, rays.len() / 3] {
                     let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                    tree.intersect_packet::<Fast>(&rays[start..], |k, hit| found[start + k] = hit);
-                    tree.occluded_packet::<Fast>(&rays[start..], |k| occluded[start + k] = true);
+                    tree.intersect_packet::<Fast>(&rays[start..], &mut PacketRoom::default(), |k, hit| {
+                        found[start + k] = hit
+                    });
+                    tree.occluded_packet::<Fast>(&rays[start..], &mut PacketRoom::default(), |k| {
+                        occluded[start + k] = true
+                    });
                     for (k, ray) in rays.iter().enumerate().skip(start) {
                         assert_eq!(bits(found[k]), alone[k], "{what} {i} {k} {} {ray:?}", isa.name());
                         assert_eq!(occluded[k], alone[k].is_some(), "{what} {i} {k} {} {ray:?}", isa.name());
@@ -306,8 +310,8 @@ fn same_together(triangles: &Corners, rays: &[Ray], what: &str) -> usize {
     for isa in available() {
         let tree = build(triangles, isa);
         let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-        tree.intersect_packet::<Robust>(rays, |k, hit| found[k] = hit);
-        tree.occluded_packet::<Robust>(rays, |k| occluded[k] = true);
+        tree.intersect_packet::<Robust>(rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
+        tree.occluded_packet::<Robust>(rays, &mut PacketRoom::default(), |k| occluded[k] = true);
         for (k, ray) in rays.iter().enumerate() {
             let alone = tree.intersect::<Robust>(ray);
             assert_eq!(bits(found[k]), bits(alone), "{what} {k} {} {ray:?}", isa.name());
@@ -395,8 +399,8 @@ fn triangles_seen_edge_on_are_met_together_as_alone() {
             let rays: Vec<Ray> = (0..PACKET).map(|_| Ray::new(eye, middle + unit(&mut rng) * spread - eye)).collect();
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                tree.intersect_packet::<Robust>(&rays, |k, hit| found[k] = hit);
-                tree.occluded_packet::<Robust>(&rays, |k| occluded[k] = true);
+                tree.intersect_packet::<Robust>(&rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
+                tree.occluded_packet::<Robust>(&rays, &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{i} {k} {} {ray:?}", isa.name());

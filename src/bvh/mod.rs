@@ -19,7 +19,7 @@ mod triangles;
 
 pub use kernels::{BoxTest, Packets, TreeKernels};
 pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, PACKET, RaySet, Task};
-pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
+pub use triangles::{BlockTest, PacketRoom, TriangleBlock, TriangleHit, Triangles};
 
 use crate::geometry::Aabb;
 

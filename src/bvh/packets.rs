@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::TriangleHit;
-use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, RaySet, Row, Slabs, Together, Wide};
+use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, RaySet, Room, Row, Wide};
 use super::triangles::TriangleBlock;
 use crate::geometry::{Ray, TriangleRay};
 
@@ -24,14 +24,6 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     axes: [usize; 3],
     /// 1 where they run toward larger z, else -1: what is called depth is z times this.
     sign: f32,
-    /// (dx / dz, dy / dz) times the sign.
-    slope: [Row; 2],
-    /// Where the line of a ray meets depth 0, negated.
-    offset: [Row; 2],
-    /// Depth at t_min: not more than, not less than.
-    start: [Row; 2],
-    /// Depth at the nearest hit so far, or at t_max: not more than, not less than.
-    end: [Row; 2],
     /// Error of edge functions: the first times the largest side of the triangle's box, plus the second.
     slack: [f32; 2],
     /// The same with the largest coordinate M of the sheared triangle, where that is no more than the last number.
@@ -43,16 +35,57 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     extent: f64,
     /// Error of depths where edge functions have none.
     blur: f32,
+    /// Whether the axes are those of each ray alone.
+    same_axes: bool,
+}
+
+/// What a [`WatertightPacket`] keeps of each ray.
+#[derive(Debug)]
+pub struct WatertightRows {
+    /// (dx / dz, dy / dz) times the sign.
+    slope: [Row; 2],
+    /// Where the line of a ray meets depth 0, negated.
+    offset: [Row; 2],
+    /// Depth at t_min: not more than, not less than.
+    start: [Row; 2],
+    /// Depth at the nearest hit so far, or at t_max: not more than, not less than.
+    end: [Row; 2],
     /// Eight times the block, plus the slot, of the nearest hit so far, as bits of f32 (below 2).
     best: Row,
     /// Rays whose nearest hit's t is known.
     exact: RaySet,
-    t: [f64; PACKET],
+    t: Doubles,
     /// As in [`TriangleRay`], but for the axes above.
     shear: [Doubles; 3],
-    /// Whether the axes are those of each ray alone.
-    same_axes: bool,
+    /// Weights of the nearest hit's corners, and those corners.
+    u: Doubles,
+    v: Doubles,
+    corners: [[Row; 3]; 3],
+    /// Origins in the order of each ray's own axes.
+    own_origin: [Doubles; 3],
 }
+
+impl Default for WatertightRows {
+    fn default() -> Self {
+        let (row, zero) = (Row::ZERO, Doubles::ZERO);
+        Self {
+            slope: [row; 2],
+            offset: [row; 2],
+            start: [row; 2],
+            end: [row; 2],
+            best: row,
+            exact: RaySet::NONE,
+            t: zero,
+            shear: [zero; 3],
+            u: zero,
+            v: zero,
+            corners: [[row; 3]; 3],
+            own_origin: [zero; 3],
+        }
+    }
+}
+
+type WatertightRoom = Room<WatertightRows>;
 
 /// What f32 can tell of a ray and a triangle.
 struct Verdict<V> {
@@ -138,14 +171,15 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
 
     /// The f64 test of one ray and one triangle: keeps the hit if it is the nearest. True if there is one.
     #[inline(always)]
-    fn settle(&mut self, together: &Together, slabs: &mut Slabs, i: usize, code: u32) -> bool {
+    fn settle(&self, room: &mut WatertightRoom, i: usize, code: u32) -> bool {
+        let Room { together, slabs, rows } = room;
         let ray = together.ray(i);
         let exact = TriangleRay::new(&ray);
-        let old = self.best.0[i].to_bits();
+        let old = rows.best.0[i].to_bits();
         let t_max = if old == NONE {
             ray.t_max
-        } else if self.exact.contains(i) {
-            self.t[i]
+        } else if rows.exact.contains(i) {
+            rows.t.0[i]
         } else {
             match exact.intersect_permuted(self.corners(old, exact.axes), ray.t_max) {
                 Some((t, _, _)) => t,
@@ -155,12 +189,12 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
         let corners = self.corners(code, exact.axes);
         let Some((t, _, _)) = exact.intersect_permuted(corners, t_max) else { return false };
         if t < t_max || old == NONE || self.id(code) < self.id(old) {
-            (self.best.0[i], self.t[i]) = (f32::from_bits(code), t);
-            self.exact.insert(i);
+            (rows.best.0[i], rows.t.0[i]) = (f32::from_bits(code), t);
+            rows.exact.insert(i);
             let [.., z] = self.axes;
             let end =
                 depth_at(ray.origin.to_array()[z], ray.direction.to_array()[z], f64::from(self.sign), t, self.extent);
-            (self.end[0].0[i], self.end[1].0[i]) = (end[0], end[1]);
+            (rows.end[0].0[i], rows.end[1].0[i]) = (end[0], end[1]);
             let limit = (t * (1.0 + 4.0 * U)) as f32;
             slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
         }
@@ -218,6 +252,7 @@ fn depth_at(origin: f64, direction: f64, sign: f64, t: f64, extent: f64) -> [f32
 
 impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     type Source = &'a [TriangleBlock];
+    type Rows = WatertightRows;
     type Found = Option<TriangleHit>;
     const ANY_HIT: bool = ANY_HIT;
     const LEAST: u32 = 9;
@@ -230,31 +265,22 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
 
     #[inline(always)]
     fn new(blocks: &'a [TriangleBlock]) -> Self {
-        let row = Row::new(0.0);
         Self {
             blocks,
             axes: [0, 1, 2],
             sign: 1.0,
-            slope: [row; 2],
-            offset: [row; 2],
-            start: [row; 2],
-            end: [row; 2],
             slack: [0.0; 2],
             slack_of_m: [0.0; 2],
             largest_m: 0.0,
             block_slack: [0.0; 8],
             extent: 0.0,
             blur: 0.0,
-            best: Row::new(f32::from_bits(NONE)),
-            exact: RaySet::NONE,
-            t: [0.0; PACKET],
-            shear: [Doubles::ZERO; 3],
             same_axes: true,
         }
     }
 
     #[inline(always)]
-    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
+    fn take(&mut self, Room { together, rows, .. }: &mut WatertightRoom, ends: &Ends, extent: f64) -> bool {
         let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
         let z = if size(0) > size(1) {
             if size(0) > size(2) { 0 } else { 2 }
@@ -282,13 +308,15 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         (self.extent, self.same_axes) = (extent, steepest < 1.0);
         let filled = together.filled.min(PACKET);
         let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
-        let [sx, sy, inverse] = &mut self.shear;
+        rows.best.0[..filled].fill(f32::from_bits(NONE));
+        rows.exact = RaySet::NONE;
+        let [sx, sy, inverse] = &mut rows.shear;
         for i in 0..filled {
             inverse.0[i] = 1.0 / dz[i];
         }
         for (k, (axis, shear)) in [(x, sx), (y, sy)].into_iter().enumerate() {
             let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
-            let (slope, offset) = (&mut self.slope[k].0, &mut self.offset[k].0);
+            let (slope, offset) = (&mut rows.slope[k].0, &mut rows.offset[k].0);
             for i in 0..filled {
                 let s = d[i] * inverse.0[i];
                 shear.0[i] = s;
@@ -296,7 +324,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 offset[i] = (s * oz[i] - o[i]) as f32;
             }
         }
-        for (t, [low, high]) in [(&together.t_min.0, &mut self.start), (&together.t_max.0, &mut self.end)] {
+        for (t, [low, high]) in [(&together.t_min.0, &mut rows.start), (&together.t_max.0, &mut rows.end)] {
             for i in 0..filled {
                 [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i], extent);
             }
@@ -317,12 +345,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     fn visit_across<W: Wide>(
         &mut self,
         w: W,
-        together: &Together,
-        slabs: &mut Slabs,
+        room: &mut WatertightRoom,
         block: u32,
         mut slots: u32,
         groups: u32,
-        rays: &mut RaySet,
+        active: &mut RaySet,
     ) {
         let [.., kz] = self.axes;
         while slots != 0 {
@@ -347,22 +374,23 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             while left != 0 {
                 let group = left.trailing_zeros() as usize % (PACKET / W::LANES);
                 left &= left - 1;
-                let (at, mask) = (group * W::LANES, rays.group::<W>(group));
-                let slope = [self.slope[0].group(w, at), self.slope[1].group(w, at)];
-                let offset = [self.offset[0].group(w, at), self.offset[1].group(w, at)];
-                let end = self.end[1].group(w, at);
-                let ray = Sheared { slope, offset, start: self.start[0].group(w, at), end };
+                let (at, mask) = (group * W::LANES, active.group::<W>(group));
+                let Room { slabs, rows, .. } = &mut *room;
+                let slope = [rows.slope[0].group(w, at), rows.slope[1].group(w, at)];
+                let offset = [rows.offset[0].group(w, at), rows.offset[1].group(w, at)];
+                let end = rows.end[1].group(w, at);
+                let ray = Sheared { slope, offset, start: rows.start[0].group(w, at), end };
                 let Some(Verdict { maybe, surely, depth }) = self.judge(w, corners, bounds, slack, ray, mask) else {
                     continue;
                 };
                 let nearer =
-                    surely & w.lt(depth[1], self.end[0].group(w, at)) & w.lt(self.start[1].group(w, at), depth[0]);
-                let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], self.start[0].group(w, at)));
+                    surely & w.lt(depth[1], rows.end[0].group(w, at)) & w.lt(rows.start[1].group(w, at), depth[0]);
+                let beyond = surely & (w.lt(end, depth[0]) | w.lt(depth[1], rows.start[0].group(w, at)));
                 let mut unclear = maybe & !nearer & !beyond;
                 if ANY_HIT {
-                    rays.set_group::<W>(group, mask & !nearer);
+                    active.set_group::<W>(group, mask & !nearer);
                 } else if nearer != 0 {
-                    let [low, high] = &mut self.end;
+                    let [low, high] = &mut rows.end;
                     w.store(w.select(nearer, depth[0], w.load(&low.0[at..])), &mut low.0[at..]);
                     w.store(w.select(nearer, depth[1], end), &mut high.0[at..]);
                     let old = w.load(&slabs.limit.0[at..]);
@@ -370,15 +398,15 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                         w.mul_sub(depth[1], w.abs(slabs.reciprocal[kz].group(w, at)), slabs.far[kz].group(w, at));
                     let limit = w.min(w.mul(limit, w.splat(1.0 + 8.0 * U as f32)), old);
                     w.store(w.select(nearer, limit, old), &mut slabs.limit.0[at..]);
-                    self.exact.set_group::<W>(group, self.exact.group::<W>(group) & !nearer);
-                    let best = w.select(nearer, w.splat(f32::from_bits(code)), self.best.group(w, at));
-                    w.store(best, &mut self.best.0[at..]);
+                    rows.exact.set_group::<W>(group, rows.exact.group::<W>(group) & !nearer);
+                    let best = w.select(nearer, w.splat(f32::from_bits(code)), rows.best.group(w, at));
+                    w.store(best, &mut rows.best.0[at..]);
                 }
                 while unclear != 0 {
                     let i = (at + unclear.trailing_zeros() as usize) & (PACKET - 1);
                     unclear &= unclear - 1;
-                    if self.settle(together, slabs, i, code) && ANY_HIT {
-                        rays.remove(i);
+                    if self.settle(room, i, code) && ANY_HIT {
+                        active.remove(i);
                     }
                 }
             }
@@ -386,7 +414,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(&mut self, e: E, together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+    fn visit_one<E: Wide>(&mut self, e: E, room: &mut WatertightRoom, block: u32, i: usize) -> bool {
         let [.., kz] = self.axes;
         let [a, b, c] = &self.blocks[block as usize].corners;
         let sign = e.splat(self.sign);
@@ -395,9 +423,10 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             load_corner(e, b, self.axes, sign),
             load_corner(e, c, self.axes, sign),
         ];
-        let slope = [self.slope[0].one(e, i), self.slope[1].one(e, i)];
-        let offset = [self.offset[0].one(e, i), self.offset[1].one(e, i)];
-        let ray = Sheared { slope, offset, start: self.start[0].one(e, i), end: self.end[1].one(e, i) };
+        let rows = &room.rows;
+        let slope = [rows.slope[0].one(e, i), rows.slope[1].one(e, i)];
+        let offset = [rows.offset[0].one(e, i), rows.offset[1].one(e, i)];
+        let ray = Sheared { slope, offset, start: rows.start[0].one(e, i), end: rows.end[1].one(e, i) };
         let nearest = e.min(e.min(corners[0][2], corners[1][2]), corners[2][2]);
         let farthest = e.max(e.max(corners[0][2], corners[1][2]), corners[2][2]);
         let Some(verdict) = self.judge(e, corners, [nearest, farthest], None, ray, 0xff) else { return false };
@@ -409,22 +438,23 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             let slot = maybe.trailing_zeros() & 7;
             maybe &= maybe - 1;
             let (code, low, high) = (block << 3 | slot, low[slot as usize], high[slot as usize]);
+            let Room { slabs, rows, .. } = &mut *room;
             let mut unclear = true;
             if verdict.surely >> slot & 1 != 0 {
-                if high < self.end[0].0[i] && low > self.start[1].0[i] {
+                if high < rows.end[0].0[i] && low > rows.start[1].0[i] {
                     if ANY_HIT {
                         return true;
                     }
-                    (self.end[0].0[i], self.end[1].0[i], self.best.0[i]) = (low, high, f32::from_bits(code));
-                    self.exact.remove(i);
+                    (rows.end[0].0[i], rows.end[1].0[i], rows.best.0[i]) = (low, high, f32::from_bits(code));
+                    rows.exact.remove(i);
                     let limit = high * slabs.reciprocal[kz].0[i].abs() - slabs.far[kz].0[i];
                     let limit = limit * (1.0 + 8.0 * U as f32);
                     slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
                     continue;
                 }
-                unclear = !(low > self.end[1].0[i] || high < self.start[0].0[i]);
+                unclear = !(low > rows.end[1].0[i] || high < rows.start[0].0[i]);
             }
-            if unclear && self.settle(together, slabs, i, code) && ANY_HIT {
+            if unclear && self.settle(room, i, code) && ANY_HIT {
                 return true;
             }
         }
@@ -432,45 +462,39 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn finish(&mut self, together: &Together, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+    fn finish(&mut self, room: &mut WatertightRoom, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        let Room { together, rows, .. } = room;
         let count = together.count.min(PACKET);
         if ANY_HIT {
             return ended.each(|i| {
                 found(together.number[i].into(), Some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 }));
             });
         }
-        let mut corners = [[Row::new(0.0); 3]; 3];
-        let mut own = if self.same_axes { None } else { Some([Doubles::ZERO; 3]) };
         for i in 0..count {
-            let code = self.best.0[i].to_bits();
+            let code = rows.best.0[i].to_bits();
             if code == NONE {
                 continue;
             }
-            let [a, b, c] = match &mut own {
-                None => self.corners(code, self.axes),
-                Some(origin) => {
-                    let ray = TriangleRay::new(&together.ray(i));
-                    for k in 0..3 {
-                        (origin[k].0[i], self.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
-                    }
-                    self.corners(code, ray.axes)
+            let [a, b, c] = if self.same_axes {
+                self.corners(code, self.axes)
+            } else {
+                let ray = TriangleRay::new(&together.ray(i));
+                for k in 0..3 {
+                    (rows.own_origin[k].0[i], rows.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
                 }
+                self.corners(code, ray.axes)
             };
             for k in 0..3 {
-                corners[0][k].0[i] = a[k];
-                corners[1][k].0[i] = b[k];
-                corners[2][k].0[i] = c[k];
+                rows.corners[0][k].0[i] = a[k];
+                rows.corners[1][k].0[i] = b[k];
+                rows.corners[2][k].0[i] = c[k];
             }
         }
         let [x, y, z] = self.axes;
-        let [ox, oy, oz] = match &own {
-            None => [&together.origin[x], &together.origin[y], &together.origin[z]],
-            Some([x, y, z]) => [x, y, z],
-        };
-        let [sx, sy, sz] = &self.shear;
-        let ([a, b, c], axes) = (&corners, self.axes);
-        let (mut u, mut v) = ([0.0; PACKET], [0.0; PACKET]);
-        let t = &mut self.t;
+        let WatertightRows { shear: [sx, sy, sz], corners: [a, b, c], own_origin, t, u, v, best, .. } = rows;
+        let [ox, oy, oz] =
+            if self.same_axes { [x, y, z].map(|axis| &together.origin[axis]) } else { own_origin.each_ref() };
+        let axes = self.axes;
         for i in 0..together.filled.min(PACKET) {
             let ray = TriangleRay::from_parts(
                 axes,
@@ -486,14 +510,14 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
                 Some(hit) => hit,
                 None => (0.0, 0.0, 0.0),
             };
-            (t[i], u[i], v[i]) = hit;
+            (t.0[i], u.0[i], v.0[i]) = hit;
         }
         for i in 0..count {
-            let code = self.best.0[i].to_bits();
+            let code = best.0[i].to_bits();
             let hit = if code == NONE {
                 None
             } else {
-                Some(TriangleHit { t: self.t[i], triangle: self.id(code), u: u[i], v: v[i] })
+                Some(TriangleHit { t: t.0[i], triangle: self.id(code), u: u.0[i], v: v.0[i] })
             };
             found(usize::from(together.number[i]), hit);
         }

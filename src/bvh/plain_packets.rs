@@ -1,7 +1,7 @@
 //! Rays that run alike against blocks of triangles, in f32.
 
 use super::TriangleHit;
-use super::simd::{Beam, Ends, PACKET, PacketVisitor, RaySet, Row, Slabs, Together, Wide, of_group, ones};
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, RaySet, Room, Row, Wide, of_group, ones};
 use super::triangles::TriangleBlock;
 use crate::geometry::Ray;
 
@@ -20,6 +20,12 @@ const NONE: u32 = 1 << 30;
 /// is widened by less than the boxes on the way are: what is found is the first of all such hits, in whatever order.
 pub struct MoellerTrumborePacket<'a, const ANY_HIT: bool> {
     blocks: &'a [TriangleBlock],
+    block: Sides,
+}
+
+/// What a [`MoellerTrumborePacket`] keeps of each ray.
+#[derive(Debug, Default)]
+pub struct PlainRows {
     t_min: Row,
     /// Of the nearest hit so far; where the ray ends if there is none.
     t: Row,
@@ -30,8 +36,9 @@ pub struct MoellerTrumborePacket<'a, const ANY_HIT: bool> {
     best: Row,
     /// How far a hit may lie outside of the triangle's box.
     pad: Row,
-    block: Sides,
 }
+
+type PlainRoom = Room<PlainRows>;
 
 /// Triangles of the block in question.
 #[repr(align(32))]
@@ -141,14 +148,15 @@ impl<'a, const ANY_HIT: bool> MoellerTrumborePacket<'a, ANY_HIT> {
 
     /// Whether a hit at the same t as the nearest one comes before it.
     #[inline(always)]
-    fn is_first(&self, i: usize, code: u32) -> bool {
-        let old = self.best.0[i].to_bits();
+    fn is_first(&self, rows: &PlainRows, i: usize, code: u32) -> bool {
+        let old = rows.best.0[i].to_bits();
         old == NONE || self.id(code) < self.id(old)
     }
 }
 
 impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HIT> {
     type Source = &'a [TriangleBlock];
+    type Rows = PlainRows;
     type Found = Option<TriangleHit>;
     const ANY_HIT: bool = ANY_HIT;
     /// All of them, since a ray alone may find something else.
@@ -166,22 +174,12 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
 
     #[inline(always)]
     fn new(blocks: &'a [TriangleBlock]) -> Self {
-        let row = Row::new(0.0);
         let zero = [[0.0; 8]; 3];
-        Self {
-            blocks,
-            t_min: row,
-            t: row,
-            u: row,
-            v: row,
-            best: Row::new(f32::from_bits(NONE)),
-            pad: row,
-            block: Sides { e1: zero, e2: zero, low: zero, high: zero },
-        }
+        Self { blocks, block: Sides { e1: zero, e2: zero, low: zero, high: zero } }
     }
 
     #[inline(always)]
-    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
+    fn take(&mut self, Room { together, rows, .. }: &mut PlainRoom, ends: &Ends, extent: f64) -> bool {
         let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         let fastest = ends.direction.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         let slowest = ends.direction.iter().fold(0.0, |most: f64, [low, high]| low.abs().min(high.abs()).max(most));
@@ -190,14 +188,15 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             return false;
         }
         let filled = together.filled.min(PACKET);
+        rows.best.0[..filled].fill(f32::from_bits(NONE));
         let [x, y, z] = &together.near_origin;
         for i in 0..filled {
-            self.t_min.0[i] = rounded_down(together.t_min.0[i]);
-            self.t.0[i] = rounded_down(together.t_max.0[i]);
+            rows.t_min.0[i] = rounded_down(together.t_min.0[i]);
+            rows.t.0[i] = rounded_down(together.t_max.0[i]);
             let (x, y, z) = (x.0[i].abs(), y.0[i].abs(), z.0[i].abs());
             let larger = if x > y { x } else { y };
             let size = if larger > z { larger } else { z };
-            self.pad.0[i] = 8.0 / 16_777_216.0 * (size + extent as f32);
+            rows.pad.0[i] = 8.0 / 16_777_216.0 * (size + extent as f32);
         }
         true
     }
@@ -223,13 +222,13 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     fn visit_across<W: Wide>(
         &mut self,
         w: W,
-        together: &Together,
-        slabs: &mut Slabs,
+        room: &mut PlainRoom,
         block: u32,
         mut slots: u32,
         groups: u32,
-        rays: &mut RaySet,
+        active: &mut RaySet,
     ) {
+        let Room { together, slabs, rows } = room;
         while slots != 0 {
             let slot = slots.trailing_zeros() as usize & 7;
             slots &= slots - 1;
@@ -243,25 +242,25 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             while left != 0 {
                 let group = left.trailing_zeros() as usize % (PACKET / W::LANES);
                 left &= left - 1;
-                let (at, mask) = (group * W::LANES, rays.group::<W>(group));
-                let limits = [self.t_min.group(w, at), self.t.group(w, at), self.pad.group(w, at)];
+                let (at, mask) = (group * W::LANES, active.group::<W>(group));
+                let limits = [rows.t_min.group(w, at), rows.t.group(w, at), rows.pad.group(w, at)];
                 let (o, d) = (of_group(w, &together.near_origin, at), of_group(w, &together.near_direction, at));
                 let Some(mut hits) = meet(w, o, d, &triangle, limits, mask) else { continue };
                 if ANY_HIT {
-                    rays.set_group::<W>(group, mask & !hits.lanes);
+                    active.set_group::<W>(group, mask & !hits.lanes);
                     continue;
                 }
                 let mut same = hits.lanes & !w.lt(hits.t, limits[1]);
                 while same != 0 {
                     let k = same.trailing_zeros() as usize;
                     same &= same - 1;
-                    if !self.is_first((at + k) & (PACKET - 1), code) {
+                    if !self.is_first(rows, (at + k) & (PACKET - 1), code) {
                         hits.lanes &= !(1 << k);
                     }
                 }
                 let Hits { lanes, t, u, v } = hits;
                 let best = w.splat(f32::from_bits(code));
-                for (to, new) in [(&mut self.t, t), (&mut self.u, u), (&mut self.v, v), (&mut self.best, best)] {
+                for (to, new) in [(&mut rows.t, t), (&mut rows.u, u), (&mut rows.v, v), (&mut rows.best, best)] {
                     w.store(w.select(lanes, new, w.load(&to.0[at..])), &mut to.0[at..]);
                 }
                 let limit = w.select(lanes, t, w.load(&slabs.limit.0[at..]));
@@ -271,7 +270,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(&mut self, e: E, together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+    fn visit_one<E: Wide>(&mut self, e: E, room: &mut PlainRoom, block: u32, i: usize) -> bool {
+        let Room { together, slabs, rows } = room;
         let [a, b, c] = &self.blocks[block as usize].corners;
         let (a, b, c) = (load_eight(e, a), load_eight(e, b), load_eight(e, c));
         let (mut low, mut high) = (a, a);
@@ -281,7 +281,7 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
         }
         let triangle = Triangle { corner: a, sides: [sub(e, b, a), sub(e, c, a)], bounds: [low, high] };
         let (o, d) = (ones(e, &together.near_origin, i), ones(e, &together.near_direction, i));
-        let limits = [self.t_min.one(e, i), self.t.one(e, i), self.pad.one(e, i)];
+        let limits = [rows.t_min.one(e, i), rows.t.one(e, i), rows.pad.one(e, i)];
         let Some(mut hits) = meet(e, o, d, &triangle, limits, 0xff) else { return false };
         if ANY_HIT {
             return true;
@@ -294,28 +294,29 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             let slot = hits.lanes.trailing_zeros() as usize & 7;
             hits.lanes &= hits.lanes - 1;
             let code = block << 3 | slot as u32;
-            if t[slot] < self.t.0[i] || (t[slot] == self.t.0[i] && self.is_first(i, code)) {
-                (self.t.0[i], self.u.0[i], self.v.0[i]) = (t[slot], u[slot], v[slot]);
-                (self.best.0[i], slabs.limit.0[i]) = (f32::from_bits(code), t[slot]);
+            if t[slot] < rows.t.0[i] || (t[slot] == rows.t.0[i] && self.is_first(rows, i, code)) {
+                (rows.t.0[i], rows.u.0[i], rows.v.0[i]) = (t[slot], u[slot], v[slot]);
+                (rows.best.0[i], slabs.limit.0[i]) = (f32::from_bits(code), t[slot]);
             }
         }
         false
     }
 
     #[inline(always)]
-    fn finish(&mut self, together: &Together, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+    fn finish(&mut self, room: &mut PlainRoom, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
+        let Room { together, rows, .. } = room;
         if ANY_HIT {
             return ended.each(|i| {
                 found(together.number[i].into(), Some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 }));
             });
         }
         for i in 0..together.count.min(PACKET) {
-            let code = self.best.0[i].to_bits();
+            let code = rows.best.0[i].to_bits();
             let hit = if code == NONE {
                 None
             } else {
                 let wide = |row: &Row| f64::from(row.0[i]);
-                Some(TriangleHit { t: wide(&self.t), triangle: self.id(code), u: wide(&self.u), v: wide(&self.v) })
+                Some(TriangleHit { t: wide(&rows.t), triangle: self.id(code), u: wide(&rows.u), v: wide(&rows.v) })
             };
             found(usize::from(together.number[i]), hit);
         }

@@ -1,8 +1,8 @@
 //! Triangles of a mesh in blocks of eight, and the tests of a ray against a block.
 
-use super::packets::WatertightPacket;
-use super::plain_packets::MoellerTrumborePacket;
-use super::simd::{Counted, Isa, Lanes, LeafVisitor, RaySet, filled};
+use super::packets::{WatertightPacket, WatertightRows};
+use super::plain_packets::{MoellerTrumborePacket, PlainRows};
+use super::simd::{Counted, Isa, Lanes, LeafVisitor, RaySet, Room, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, Packets, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
@@ -51,6 +51,13 @@ pub struct TriangleHit {
     pub u: f64,
     /// Weight of the third corner.
     pub v: f64,
+}
+
+/// Room that packets of rays need while they are in a mesh; kept by whoever traces, so that it is not made anew for each.
+#[derive(Debug, Default)]
+pub struct PacketRoom {
+    watertight: Option<Box<Room<WatertightRows>>>,
+    plain: Option<Box<Room<PlainRows>>>,
 }
 
 /// A tree with its triangles.
@@ -116,15 +123,18 @@ impl Triangles {
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],
+        room: &mut PacketRoom,
         mut found: impl FnMut(usize, Option<TriangleHit>),
     ) -> RaySet {
         let left = match K::PACKETS {
             None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
-                self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, &mut found)
+                let room = room.watertight.get_or_insert_default();
+                self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, room, &mut found)
             }
             Some(Packets::MoellerTrumbore) => {
-                self.tree.traverse_packet::<MoellerTrumborePacket<false>>(rays, &self.blocks, &mut found)
+                let room = room.plain.get_or_insert_default();
+                self.tree.traverse_packet::<MoellerTrumborePacket<false>>(rays, &self.blocks, room, &mut found)
             }
         };
         for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {
@@ -134,15 +144,22 @@ impl Triangles {
     }
 
     /// The same with [`Triangles::occluded`]; `found` hears of those only that meet a triangle.
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], mut found: impl FnMut(usize)) -> RaySet {
+    pub fn occluded_packet<K: TreeKernels>(
+        &self,
+        rays: &[Ray],
+        room: &mut PacketRoom,
+        mut found: impl FnMut(usize),
+    ) -> RaySet {
         let mut any = |i, _: Option<TriangleHit>| found(i);
         let left = match K::PACKETS {
             None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
-                self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, &mut any)
+                let room = room.watertight.get_or_insert_default();
+                self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, room, &mut any)
             }
             Some(Packets::MoellerTrumbore) => {
-                self.tree.traverse_packet::<MoellerTrumborePacket<true>>(rays, &self.blocks, &mut any)
+                let room = room.plain.get_or_insert_default();
+                self.tree.traverse_packet::<MoellerTrumborePacket<true>>(rays, &self.blocks, room, &mut any)
             }
         };
         for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {

@@ -2,7 +2,7 @@
 
 use super::Shell;
 use crate::assets::{ImportReport, Model};
-use crate::bvh::{BvhStats, Isa, TreeKernels, TriangleHit, Triangles};
+use crate::bvh::{BvhStats, Isa, PacketRoom, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
 use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv};
 use crate::workers;
@@ -133,13 +133,23 @@ impl Mesh {
     }
 
     /// See [`Triangles::intersect_packet`].
-    pub(super) fn intersect_packet<K: TreeKernels>(&self, rays: &[Ray], found: impl FnMut(usize, Option<TriangleHit>)) {
-        self.tree.intersect_packet::<K>(rays, found);
+    pub(super) fn intersect_packet<K: TreeKernels>(
+        &self,
+        rays: &[Ray],
+        room: &mut PacketRoom,
+        found: impl FnMut(usize, Option<TriangleHit>),
+    ) {
+        self.tree.intersect_packet::<K>(rays, room, found);
     }
 
     /// See [`Triangles::occluded_packet`].
-    pub(super) fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], found: impl FnMut(usize)) {
-        self.tree.occluded_packet::<K>(rays, found);
+    pub(super) fn occluded_packet<K: TreeKernels>(
+        &self,
+        rays: &[Ray],
+        room: &mut PacketRoom,
+        found: impl FnMut(usize),
+    ) {
+        self.tree.occluded_packet::<K>(rays, room, found);
     }
 
     /// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.

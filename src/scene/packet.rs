@@ -11,7 +11,7 @@ use super::front::{
     Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
 };
 use super::{Mesh, Object, Scene, Shape};
-use crate::bvh::{Bvh, PACKET, TreeKernels, TriangleHit};
+use crate::bvh::{Bvh, PacketRoom, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -50,6 +50,10 @@ struct Packet {
     near: [u8; CAPACITY],
     /// Where they meet the object in question.
     met: Met,
+    /// Those that are near a mesh, in its space, and their numbers.
+    rays: Vec<Ray>,
+    numbers: Vec<usize>,
+    in_mesh: PacketRoom,
 }
 
 impl Packet {
@@ -69,6 +73,9 @@ impl Packet {
             corners: [[0.0; 2]; CAPACITY],
             near: [0; CAPACITY],
             met: Met { t: zero, primitive: none },
+            rays: Vec::with_capacity(CAPACITY),
+            numbers: Vec::with_capacity(CAPACITY),
+            in_mesh: PacketRoom::default(),
         })
     }
 
@@ -104,30 +111,27 @@ impl Packet {
         object: &Object,
         mesh: &Mesh,
     ) {
-        let (mut rays, mut numbers) = ([self.front.ray(0); PACKET], [0; PACKET]);
-        let mut at = 0;
-        while at < count {
-            let mut size = 0;
-            while at < count && size < PACKET {
-                if self.near[at] != 0 {
-                    (rays[size], numbers[size]) = (self.front.ray(at).transformed(&object.map.inverse), at);
-                    size += 1;
-                }
-                at += 1;
-            }
-            let rays = &rays[..size];
-            if ANY_HIT {
-                mesh.occluded_packet::<K>(rays, |k| {
-                    (self.front.object[numbers[k]], self.front.limit[numbers[k]]) = (index, DONE);
-                });
-            } else {
-                mesh.intersect_packet::<K>(rays, |k, hit| {
-                    if let Some(TriangleHit { t, triangle, u, v }) = hit {
-                        self.offer(numbers[k], Hit { t, object: index, primitive: triangle, u, v });
-                    }
-                });
-            }
+        // Taken out while their owner hears what is found.
+        let (mut rays, mut numbers) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.numbers));
+        let mut room = std::mem::take(&mut self.in_mesh);
+        rays.clear();
+        numbers.clear();
+        for i in (0..count).filter(|&i| self.near[i] != 0) {
+            rays.push(self.front.ray(i).transformed(&object.map.inverse));
+            numbers.push(i);
         }
+        if ANY_HIT {
+            mesh.occluded_packet::<K>(&rays, &mut room, |k| {
+                (self.front.object[numbers[k]], self.front.limit[numbers[k]]) = (index, DONE);
+            });
+        } else {
+            mesh.intersect_packet::<K>(&rays, &mut room, |k, hit| {
+                if let Some(TriangleHit { t, triangle, u, v }) = hit {
+                    self.offer(numbers[k], Hit { t, object: index, primitive: triangle, u, v });
+                }
+            });
+        }
+        (self.rays, self.numbers, self.in_mesh) = (rays, numbers, room);
     }
 
     /// Takes a hit of ray `i` with a mesh if it is the best one.

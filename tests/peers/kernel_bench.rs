@@ -6,7 +6,7 @@
 //! "KRAY", count, kind (1: any hit), pad, then eight f32 a ray: origin, t_min, direction, t_max.
 
 use glam::{DVec3, Vec3};
-use glimt::bvh::{Isa, PACKET, TreeKernels, TriangleHit, Triangles};
+use glimt::bvh::{Isa, PACKET, PacketRoom, TreeKernels, TriangleHit, Triangles};
 use glimt::geometry::{Fast, Ray, Reference, Robust};
 use std::io::{BufRead, Write};
 use std::num::NonZeroUsize;
@@ -38,8 +38,8 @@ fn read_rays(file: &str) -> (Vec<[f32; 8]>, bool) {
 }
 
 fn widened(r: &[f32; 8]) -> Ray {
-    let v = |k: usize| DVec3::new(f64::from(r[k]), f64::from(r[k + 1]), f64::from(r[k + 2]));
-    Ray { origin: v(0), direction: v(4), t_min: f64::from(r[3]), t_max: f64::from(r[7]) }
+    let [x, y, z, t_min, dx, dy, dz, t_max] = r.map(f64::from);
+    Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), t_min, t_max }
 }
 
 #[cfg(unix)]
@@ -68,16 +68,16 @@ fn trace<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool, out: &m
 
 /// The same, as many rays at a time as packets take.
 fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool, out: &mut [(f32, u32)]) {
-    let mut packet = Vec::with_capacity(PACKET);
+    let (mut packet, mut room) = (Vec::with_capacity(PACKET), PacketRoom::default());
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
         packet.clear();
         packet.extend(rays.iter().map(widened));
         if any {
             out.fill((f32::INFINITY, u32::MAX));
-            tree.occluded_packet::<K>(&packet, |k| out[k] = (0.0, 0));
+            tree.occluded_packet::<K>(&packet, &mut room, |k| out[k] = (0.0, 0));
         } else {
             let value = |hit: Option<TriangleHit>| hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t as f32, h.triangle));
-            tree.intersect_packet::<K>(&packet, |k, hit| out[k] = value(hit));
+            tree.intersect_packet::<K>(&packet, &mut room, |k, hit| out[k] = value(hit));
         }
     }
 }

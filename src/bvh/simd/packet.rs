@@ -8,7 +8,7 @@
 //! R). How far apart directions are does not matter then: with a limit mirrored rays took 1.1 to 1.4 times as long.
 
 use super::beam::Beam;
-use super::rays::{Ends, Slabs, Together};
+use super::rays::{Ends, Room};
 use super::set::{RaySet, each_bit};
 use super::traverse::STACK;
 use super::wide::{Wide, ones};
@@ -30,6 +30,9 @@ pub trait PacketVisitor: Sized {
     /// What a visitor is made from.
     type Source: Copy;
 
+    /// What it keeps of each ray.
+    type Rows;
+
     /// What it finds for a ray.
     type Found;
 
@@ -48,8 +51,8 @@ pub trait PacketVisitor: Sized {
     /// A visitor without rays.
     fn new(source: Self::Source) -> Self;
 
-    /// Takes rays that lie within `ends`. False if it can not. (Not by `new`: kilobytes would be copied.)
-    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool;
+    /// Takes rays that lie within `ends`. False if it can not.
+    fn take(&mut self, room: &mut Room<Self::Rows>, ends: &Ends, extent: f64) -> bool;
 
     /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several rays.
     fn cull<E: Wide>(&mut self, eight: E, beam: &Beam<E>, block: u32) -> u32;
@@ -59,8 +62,7 @@ pub trait PacketVisitor: Sized {
     fn visit_across<W: Wide>(
         &mut self,
         wide: W,
-        together: &Together,
-        slabs: &mut Slabs,
+        room: &mut Room<Self::Rows>,
         block: u32,
         slots: u32,
         groups: u32,
@@ -68,10 +70,10 @@ pub trait PacketVisitor: Sized {
     );
 
     /// Tests a block against one ray. True ends it.
-    fn visit_one<E: Wide>(&mut self, eight: E, together: &Together, slabs: &mut Slabs, block: u32, ray: usize) -> bool;
+    fn visit_one<E: Wide>(&mut self, eight: E, room: &mut Room<Self::Rows>, block: u32, ray: usize) -> bool;
 
     /// Hands over what was found; with any hit, for those only that were ended.
-    fn finish(&mut self, together: &Together, ended: &RaySet, found: impl FnMut(usize, Self::Found));
+    fn finish(&mut self, room: &mut Room<Self::Rows>, ended: &RaySet, found: impl FnMut(usize, Self::Found));
 }
 
 impl Bvh {
@@ -82,6 +84,7 @@ impl Bvh {
         &self,
         rays: &[Ray],
         source: V::Source,
+        room: &mut Room<V::Rows>,
         found: &mut impl FnMut(usize, V::Found),
     ) -> RaySet {
         let rays = &rays[..rays.len().min(PACKET)];
@@ -89,15 +92,15 @@ impl Bvh {
             return RaySet::first(rays.len());
         }
         match self.isa {
-            Isa::Portable => sort::<_, _, V>(Portable, Portable, self, rays, source, found),
+            Isa::Portable => sort::<_, _, V>(Portable, Portable, self, rays, source, room, found),
             // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx2 => unsafe { packet_avx2::<V>(self, rays, source, found) },
+            Isa::Avx2 => unsafe { packet_avx2::<V>(self, rays, source, room, found) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Isa::Avx512 => unsafe { packet_avx512::<V>(self, rays, source, found) },
+            Isa::Avx512 => unsafe { packet_avx512::<V>(self, rays, source, room, found) },
             #[cfg(not(target_arch = "x86_64"))]
-            _ => sort::<_, _, V>(Portable, Portable, self, rays, source, found),
+            _ => sort::<_, _, V>(Portable, Portable, self, rays, source, room, found),
         }
     }
 }
@@ -110,11 +113,12 @@ unsafe fn packet_avx2<V: PacketVisitor>(
     tree: &Bvh,
     rays: &[Ray],
     source: V::Source,
+    room: &mut Room<V::Rows>,
     found: &mut impl FnMut(usize, V::Found),
 ) -> RaySet {
     // SAFETY: this function's own condition.
     let eight = unsafe { Avx2::new() };
-    sort::<_, _, V>(eight, eight, tree, rays, source, found)
+    sort::<_, _, V>(eight, eight, tree, rays, source, room, found)
 }
 
 /// # Safety
@@ -125,11 +129,12 @@ unsafe fn packet_avx512<V: PacketVisitor>(
     tree: &Bvh,
     rays: &[Ray],
     source: V::Source,
+    room: &mut Room<V::Rows>,
     found: &mut impl FnMut(usize, V::Found),
 ) -> RaySet {
     // SAFETY: this function's own condition.
     let (eight, wide) = unsafe { (Avx2::new(), Avx512::new()) };
-    sort::<_, _, V>(eight, wide, tree, rays, source, found)
+    sort::<_, _, V>(eight, wide, tree, rays, source, room, found)
 }
 
 /// A child that waits, with a lower bound of where the rays that reach it enter.
@@ -150,6 +155,7 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
     tree: &Bvh,
     rays: &[Ray],
     source: V::Source,
+    room: &mut Room<V::Rows>,
     found: &mut impl FnMut(usize, V::Found),
 ) -> RaySet {
     let mut left = RaySet::first(rays.len());
@@ -165,7 +171,7 @@ fn sort<E: Wide, W: Wide, V: PacketVisitor>(
         if which.len() < V::LEAST {
             continue;
         }
-        if traverse::<_, _, V>(eight, wide, tree, rays, &which, source, found) {
+        if traverse::<_, _, V>(eight, wide, tree, rays, &which, source, room, found) {
             left = left.without(&which);
         } else if !sorted {
             // Octant by octant, without those that can not be taken, if that is why.
@@ -206,22 +212,23 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     rays: &[Ray],
     which: &RaySet,
     source: V::Source,
+    room: &mut Room<V::Rows>,
     found: &mut impl FnMut(usize, V::Found),
 ) -> bool {
-    let together = Together::new(rays, which);
-    let ends = Ends::new(wide, &together);
+    room.together.take(rays, which);
+    let ends = Ends::new(wide, &room.together);
     if ends.direction.iter().any(|[low, high]| *low < 0.0 && *high > 0.0) {
         return false;
     }
     let mut visitor = V::new(source);
-    if !visitor.take(&together, &ends, tree.extent) {
+    if !visitor.take(room, &ends, tree.extent) {
         return false;
     }
-    let mut slabs = Slabs::new();
-    slabs.take(&together, V::SLACK, tree.extent);
-    let Some(beam) = Beam::new(eight, wide, &ends, &mut slabs, together.filled, tree.extent) else { return false };
+    room.slabs.take(&room.together, V::SLACK, tree.extent);
+    let filled = room.together.filled;
+    let Some(beam) = Beam::new(eight, wide, &ends, &mut room.slabs, filled, tree.extent) else { return false };
     // Rays that the visitor has not ended.
-    let all = RaySet::first(together.count);
+    let all = RaySet::first(room.together.count);
     let mut alive = all;
     let mut stack = [MaybeUninit::<Waiting>::uninit(); STACK];
     stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: all, groups: all.groups::<W>() });
@@ -234,7 +241,7 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
         let from = wide.splat(distance);
         let (mut groups, mut count) = (0, 0);
         each_bit(of_all.into(), |g| {
-            let before = wide.le(from, slabs.limit.group(wide, g * W::LANES));
+            let before = wide.le(from, room.slabs.limit.group(wide, g * W::LANES));
             let lanes = active.group::<W>(g) & alive.group::<W>(g) & before;
             active.set_group::<W>(g, lanes);
             groups |= u32::from(lanes != 0) << g;
@@ -252,14 +259,14 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
                 }
                 if slots.count_ones() * groups.count_ones() <= count {
                     let before = active;
-                    visitor.visit_across(wide, &together, &mut slabs, block, slots, groups, &mut active);
+                    visitor.visit_across(wide, room, block, slots, groups, &mut active);
                     if V::ANY_HIT {
                         alive = alive.without(&before.without(&active));
                     }
                 } else {
                     let rays = active;
                     rays.each(|i| {
-                        if visitor.visit_one(eight, &together, &mut slabs, block, i) {
+                        if visitor.visit_one(eight, room, block, i) {
                             active.remove(i);
                             alive.remove(i);
                         }
@@ -270,7 +277,7 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
         }
         if count <= FEW {
             active.each(|i| {
-                if walk(eight, tree, &together, &mut slabs, &mut visitor, i, child) {
+                if walk(eight, tree, room, &mut visitor, i, child) {
                     alive.remove(i);
                 }
             });
@@ -287,9 +294,9 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
         each_bit(asked.into(), |k| (reached[k & 7], in_groups[k & 7]) = (RaySet::NONE, 0));
         if asked != 0 {
             each_bit(groups.into(), |g| {
-                let (rays, lanes) = (slabs.of_group(wide, g * W::LANES), active.group::<W>(g));
+                let (rays, lanes) = (room.slabs.of_group(wide, g * W::LANES), active.group::<W>(g));
                 each_bit(asked.into(), |k| {
-                    let met = rays.meet(wide, &slabs.rows, &node.planes, k & 7) & lanes;
+                    let met = rays.meet(wide, &room.slabs.rows, &node.planes, k & 7) & lanes;
                     reached[k & 7].set_group::<W>(g, met);
                     in_groups[k & 7] |= u32::from(met != 0) << g;
                 });
@@ -320,7 +327,7 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
             top += 1;
         });
     }
-    visitor.finish(&together, &all.without(&alive), found);
+    visitor.finish(room, &all.without(&alive), found);
     true
 }
 
@@ -329,12 +336,12 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
 fn walk<E: Wide, V: PacketVisitor>(
     e: E,
     tree: &Bvh,
-    together: &Together,
-    slabs: &mut Slabs,
+    room: &mut Room<V::Rows>,
     visitor: &mut V,
     ray: usize,
     from: Child,
 ) -> bool {
+    let slabs = &room.slabs;
     let (reciprocal, near_reciprocal) = (ones(e, &slabs.reciprocal, ray), ones(e, &slabs.near_reciprocal, ray));
     let (near, far, t_min) = (ones(e, &slabs.near, ray), ones(e, &slabs.far, ray), slabs.t_min.one(e, ray));
     // Distances are not negative: their bits compare as they do.
@@ -346,7 +353,7 @@ fn walk<E: Wide, V: PacketVisitor>(
         top -= 1;
         // SAFETY: entries below `top` have been written.
         let key = unsafe { stack.get_unchecked(top).assume_init() };
-        let limit = slabs.limit.0[ray];
+        let limit = room.slabs.limit.0[ray & (PACKET - 1)];
         if f32::from_bits((key >> 32) as u32) > limit {
             continue;
         }
@@ -354,7 +361,7 @@ fn walk<E: Wide, V: PacketVisitor>(
         if child.is_leaf() {
             let (first, count) = child.blocks();
             for block in first..first + count {
-                if visitor.visit_one(e, together, slabs, block, ray) {
+                if visitor.visit_one(e, room, block, ray) {
                     return true;
                 }
             }
@@ -364,7 +371,7 @@ fn walk<E: Wide, V: PacketVisitor>(
         let node = unsafe { tree.nodes.get_unchecked(child.0 as usize) };
         let (mut enter, mut exit) = (t_min, e.splat(limit));
         for axis in 0..3 {
-            let row = slabs.rows[axis];
+            let row = room.slabs.rows[axis];
             // SAFETY: rows are below 6 (`Beam::new`).
             let (first, last) = unsafe { (node.planes.get_unchecked(row), node.planes.get_unchecked(row ^ 1)) };
             enter = e.max(e.mul_sub(e.load(first), near_reciprocal[axis], near[axis]), enter);

@@ -8,11 +8,15 @@ use super::packet::PACKET;
 #[repr(align(64))]
 pub struct Row(pub [f32; PACKET]);
 
-impl Row {
-    /// The same for all.
-    pub const fn new(v: f32) -> Self {
-        Self([v; PACKET])
+impl Default for Row {
+    fn default() -> Self {
+        Self::ZERO
     }
+}
+
+impl Row {
+    /// Nothing but zeros.
+    pub const ZERO: Self = Self([0.0; PACKET]);
 
     /// Those of the group of rays that starts at this place. (Functions in place of closures, which may not be inlined.)
     #[inline(always)]
