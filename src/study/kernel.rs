@@ -40,7 +40,7 @@ impl Default for KernelOptions {
 }
 
 /// Rays that are traced together.
-const PACKET: usize = 64;
+const PACKET: usize = 256;
 
 /// Rays of one kind.
 struct RaySet {

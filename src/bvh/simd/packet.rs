@@ -3,6 +3,8 @@
 //!
 //! One test with intervals that hold all origins and directions finds the children that any ray may meet, eight at once; each
 //! of those few is then tested against as many rays at a time as there are lanes. A subtree that few rays reach is finished ray by ray.
+//! Packets of 256 rays in room that is kept take 0.84 to 0.90 of the time of packets of 64 whose room was cleared for each (blobs100k and
+//! interior, P and S, both presets).
 //!
 //! Rays of several octants are traced octant by octant: 12 to 37 % where rays end at a light or come from a mirror (interior and blobs100k S,
 //! R). How far apart directions are does not matter then: with a limit mirrored rays took 1.1 to 1.4 times as long.
@@ -205,6 +207,7 @@ fn octant_of(ray: &Ray) -> usize {
 
 /// Traces some rays of one octant together. False if they do not run alike.
 #[inline(always)]
+#[allow(clippy::too_many_arguments)]
 fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     eight: E,
     wide: W,

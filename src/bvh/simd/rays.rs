@@ -77,7 +77,7 @@ impl Together {
         let filled = count.next_multiple_of(16);
         (self.count, self.filled) = (count, filled);
         if count == rays.len() {
-            // Without the detours of the loop below: 4 % of packets of f32.
+            // Without the detours of the loop below: 4 % of packets of f32. (Eight rays at a time, transposed in AVX-512 registers: no gain.)
             for (i, ray) in rays.iter().enumerate().take(PACKET) {
                 self.put(i, i, ray);
             }

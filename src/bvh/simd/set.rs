@@ -87,7 +87,7 @@ impl RaySet {
 
     /// Those that are in either.
     #[inline(always)]
-    pub fn and(mut self, other: &Self) -> Self {
+    pub fn with(mut self, other: &Self) -> Self {
         for (byte, other) in self.0.iter_mut().zip(other.0) {
             *byte |= other;
         }
@@ -140,7 +140,7 @@ mod tests {
                 set.into_iter().collect::<BTreeSet<_>>()
             };
             assert_eq!(back(of(&a)), a);
-            assert_eq!(back(of(&a).and(&of(&b))), &a | &b);
+            assert_eq!(back(of(&a).with(&of(&b))), &a | &b);
             assert_eq!(back(of(&a).without(&of(&b))), &a - &b);
             let mut grouped = RaySet::NONE;
             for group in 0..PACKET / 8 {
