@@ -207,7 +207,7 @@ fn alike(triangles: &Corners, size: f64, rng: &mut SplitMix64) -> Vec<Ray> {
     let eye = middle + unit(rng) * size * 10f64.powf(rng.range(-1.0, 2.0));
     let spread = size * 10f64.powf(rng.range(-6.0, -0.3));
     let apart = if rng.next_u64() & 1 == 0 { 0.0 } else { spread };
-    let count = [8, 12, 13, 16, 33, 63, 64][(rng.next_u64() % 7) as usize];
+    let count = [8, 12, 13, 16, 33, 64, 65, 200, PACKET][(rng.next_u64() % 9) as usize];
     let (odd, strict) = (rng.next_u64().is_multiple_of(4), rng.next_u64().is_multiple_of(2));
     (0..count)
         .map(|_| {
