@@ -21,7 +21,7 @@ pub struct MediumStack {
 /// What was passed over has no part in it.
 impl PartialEq for MediumStack {
     fn eq(&self, o: &Self) -> bool {
-        self.bodies == o.bodies && self.len == o.len
+        self.bodies[..self.len] == o.bodies[..o.len]
     }
 }
 

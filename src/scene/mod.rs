@@ -14,6 +14,8 @@ mod object;
 mod packet;
 mod pick;
 mod summary;
+mod surface;
+mod surfaces;
 mod texture;
 mod traverse;
 mod visits;
@@ -28,6 +30,7 @@ pub use object::{Object, Shape};
 pub use packet::{PacketScratch, Way};
 pub use pick::Pick;
 pub use summary::{Imported, Summary};
+pub use surfaces::{MOST_SURFACES, Surfaces};
 pub use texture::Texture;
 
 use crate::assets::Image;

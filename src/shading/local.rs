@@ -135,18 +135,22 @@ impl Lighting {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            let media = media[self.surfaces[beam.surface as usize].index as usize];
             let hits = &mut self.glass;
-            beam.part = match way {
-                Way::Clear => 1.0,
-                Way::Blocked => 0.0,
+            let reached = match way {
+                Way::Clear => continue,
+                Way::Blocked => false,
                 Way::Glass => {
                     scene.glass_along::<K>(ray, hits);
-                    transmittance::<K>(scene, *ray, media, hits)
+                    true
                 }
-                Way::Unknown if scene.blocked::<K>(ray, hits) => 0.0,
-                Way::Unknown => transmittance::<K>(scene, *ray, media, hits),
+                Way::Unknown => !scene.blocked::<K>(ray, hits),
             };
+            if !reached {
+                beam.part = 0.0;
+            } else if !hits.is_empty() {
+                let media = media[self.surfaces[beam.surface as usize].index as usize];
+                beam.part = transmittance::<K>(scene, *ray, media, hits);
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::tail::Tail;
 use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
-use crate::scene::{MediumStack, PacketScratch, Way};
+use crate::scene::{MediumStack, PacketScratch, Surfaces, Way};
 use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
@@ -13,6 +13,7 @@ pub struct Scratch<R = ()> {
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
     pub(super) packets: PacketScratch,
+    pub(super) surfaces: Surfaces,
     /// One a sample.
     pub(super) tails: Vec<Tail>,
     /// Hears what is traced.
@@ -40,6 +41,10 @@ pub(super) struct Level {
     /// The transparent bodies that each ray starts in; empty in scenes without.
     pub media: Vec<MediumStack>,
     pub hits: Vec<Option<Hit>>,
+    /// The transparent bodies behind the surface that each ray ends on, if light gets there; empty in scenes without.
+    pub beyond: Vec<Option<MediumStack>>,
+    /// Numbers of the rays that end on surfaces which light goes on from.
+    pub onward: Vec<u32>,
     /// Radiance along each ray, as far as it is known.
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
@@ -111,6 +116,7 @@ impl<R> Scratch<R> {
             levels: Vec::new(),
             lighting: Lighting::default(),
             packets: PacketScratch::default(),
+            surfaces: Surfaces::default(),
             tails: Vec::new(),
             recorder,
         }
@@ -138,8 +144,8 @@ impl Level {
         for start in &mut starts {
             sum += std::mem::replace(start, sum);
         }
-        self.clear();
-        let Some(&(ray, path)) = rays.first() else { return };
+        let Some(&(ray, path)) = rays.first() else { return self.clear() };
+        // What was there before is written over.
         self.rays.resize(rays.len(), ray);
         self.paths.resize(rays.len(), path);
         self.media.resize(media.len(), MediumStack::default());
