@@ -30,6 +30,7 @@ pub use object::{Object, Shape};
 pub use packet::{PacketScratch, Way};
 pub use pick::Pick;
 pub use summary::{Imported, Summary};
+pub use surface::Facet;
 pub use surfaces::{MOST_SURFACES, Surfaces};
 pub use texture::Texture;
 

@@ -205,9 +205,9 @@ impl Hits {
 }
 
 /// Computes the surfaces of a group of one kind of shape.
-struct Facets<K, const SHAPE: u8> {
+struct Facets<'a, K, const SHAPE: u8> {
     range: Range<usize>,
-    place: Placement,
+    place: Placement<'a>,
     kernels: PhantomData<K>,
 }
 
@@ -220,13 +220,16 @@ const PLANE: u8 = 5;
 const FLAT_MESH: u8 = 6;
 const SMOOTH_MESH: u8 = 7;
 
-impl<K: Kernels, const SHAPE: u8> Task for Facets<K, SHAPE> {
+impl<K: Kernels, const SHAPE: u8> Task for Facets<'_, K, SHAPE> {
     type Input = Hits;
     type Output = Found;
 
     #[inline(always)]
     fn run(self, hits: &Hits, found: &mut Found) {
         let Self { range, place, kernels: _ } = self;
+        // Of copies the compiler knows that nothing changes them.
+        let (map, axes) = (*place.map, *place.axes);
+        let place = Placement { map: &map, axes: &axes, ..place };
         for i in range.start..range.end.min(SLOTS) {
             let (ray, t, face) = (hits.ray(i), hits.t[i], hits.primitive[i]);
             let facet = match SHAPE {

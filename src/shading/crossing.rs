@@ -1,7 +1,7 @@
 //! Surfaces of transparent bodies: what lies behind them and how light divides there. One ray at a time.
 
 use crate::bvh::TreeKernels;
-use crate::geometry::{Hit, Ray, SurfaceInteraction, fresnel};
+use crate::geometry::{Hit, Ray, fresnel};
 use crate::scene::{Material, MediumStack, Scene};
 use glam::DVec3;
 
@@ -15,22 +15,22 @@ pub(super) enum Crossing {
     Surface(MediumStack, f64),
 }
 
-/// What there is at a hit with a transparent body, when all surfaces that touch there are taken together.
+/// What there is at a hit with a transparent body of this material, when all surfaces that touch there are taken together.
 pub(super) fn cross<K: TreeKernels>(
     scene: &Scene,
     ray: &Ray,
     hit: &Hit,
-    interaction: &SurfaceInteraction,
+    (material, entering): (u32, bool),
     media: &MediumStack,
     slack: f64,
 ) -> Crossing {
-    let mut beyond = media.crossed(scene, hit.object, interaction.material, interaction.entering);
+    let mut beyond = media.crossed(scene, hit.object, material, entering);
     let mut opaque: Option<Hit> = None;
-    let mut transmit = scene.materials[interaction.material as usize].transmit;
+    let mut transmit = scene.materials[material as usize].transmit;
     scene.coincident::<K>(ray, hit, slack, |other| {
         let material = scene.material_of(other.object, other.primitive);
         if scene.materials[material as usize].transmit > 0.0 {
-            let entering = scene.interaction::<K>(ray, &other).entering;
+            let entering = scene.facet::<K>(ray, &other).entering;
             transmit *= scene.materials[material as usize].transmit;
             beyond = beyond.crossed(scene, other.object, material, entering);
         } else if opaque.is_none_or(|o| other.beats(&o)) {
@@ -45,12 +45,13 @@ pub(super) fn cross<K: TreeKernels>(
     }
 }
 
-/// How far (in t) around a hit other surfaces are taken to touch it: rays that go on start up to this much behind it.
-pub(super) fn slack(ray: &Ray, hit: &Hit, interaction: &SurfaceInteraction) -> f64 {
+/// How far (in t) around a hit other surfaces are taken to touch it: rays that go on start up to this much behind it. `normal` and
+/// `point_error`: of the facet that is hit.
+pub(super) fn slack(ray: &Ray, hit: &Hit, normal: DVec3, point_error: f64) -> f64 {
     // The rounding of t, far from the camera much more than that of the point.
     let of_t = hit.reach() - hit.t;
-    let slant = ray.direction.dot(interaction.geometric_normal).abs().max(GRAZING);
-    (4.0 * interaction.point_error + of_t) / slant
+    let slant = ray.direction.dot(normal).abs().max(GRAZING);
+    (4.0 * point_error + of_t) / slant
 }
 
 /// Below this cosine a ray counts as this slanted: where it grazes, touching surfaces can not be told from near ones.

@@ -73,6 +73,7 @@ fn highlight<K: TreeKernels>(material: &Material, surface: &Surface, beam: &Beam
 
 impl Lighting {
     /// What a light sends to the surfaces that it is in front of, and the shadow rays. `paths`: those of the packet.
+    #[inline(never)]
     fn gather<K: TreeKernels, const TERMS: u8>(&mut self, scene: &Scene, light: &Light, paths: &[Path]) {
         self.beams.clear();
         self.shadow_rays.clear();
@@ -122,6 +123,7 @@ impl Lighting {
     }
 
     /// Weakens the beams that pass transparent surfaces by the product of their k_t. `media`: around the packet's rays.
+    #[inline(never)]
     fn filter<K: TreeKernels>(
         &mut self,
         scene: &Scene,
@@ -157,6 +159,7 @@ impl Lighting {
 
 /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: the
 /// first with each object that may let light through; the others are not in the way.
+#[inline(never)]
 fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
     let mut part = 1.0;
     while part > 0.0 {
@@ -178,12 +181,13 @@ fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumS
 /// The part of the light that gets through what a shadow ray meets. The same ray goes on behind the hit: nothing is computed
 /// anew, so nothing is met twice or skipped.
 fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> f64 {
-    if scene.materials[scene.material_of(hit.object, hit.primitive) as usize].transmit == 0.0 {
+    let material = scene.material_of(hit.object, hit.primitive);
+    if scene.materials[material as usize].transmit == 0.0 {
         return 0.0;
     }
-    let interaction = scene.interaction::<K>(ray, hit);
-    let slack = slack(ray, hit, &interaction);
-    let (beyond, part) = match cross::<K>(scene, ray, hit, &interaction, media, slack) {
+    let facet = scene.facet::<K>(ray, hit);
+    let slack = slack(ray, hit, facet.normal, facet.point_error);
+    let (beyond, part) = match cross::<K>(scene, ray, hit, (material, facet.entering), media, slack) {
         Crossing::Opaque(_) => return 0.0,
         Crossing::Nothing(beyond) => (beyond, 1.0),
         Crossing::Surface(beyond, transmit) => (beyond, transmit),

@@ -49,14 +49,19 @@ pub(super) struct Level {
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
     pub refracted: Branches,
+    /// Numbers of branches in the order that they are taken in.
+    order: Vec<u32>,
 }
 
 /// Rays that go on from a packet.
 #[derive(Debug, Default)]
 pub(super) struct Branches {
-    pub rays: Vec<(Ray, Path)>,
+    rays: Vec<Ray>,
+    paths: Vec<Path>,
     /// As in [`Level::media`].
-    pub media: Vec<MediumStack>,
+    media: Vec<MediumStack>,
+    /// How many rays there are of each octant.
+    octants: [usize; 8],
 }
 
 /// Surfaces that a packet of rays meets, and the light that falls on them.
@@ -134,36 +139,46 @@ impl Level {
     /// Takes all branches as its packet. Rays of one octant of directions come together, so that they stay together in
     /// the tree.
     pub fn take(&mut self, branches: &mut Branches) {
-        let Branches { rays, media } = branches;
-        let octant = |ray: &Ray| ray.direction.is_negative_bitmask() as usize;
-        let mut starts = [0; 8];
-        for (ray, _) in rays.iter() {
-            starts[octant(ray)] += 1;
-        }
-        let mut sum = 0;
-        for start in &mut starts {
-            sum += std::mem::replace(start, sum);
-        }
-        let Some(&(ray, path)) = rays.first() else { return self.clear() };
-        // What was there before is written over.
-        self.rays.resize(rays.len(), ray);
-        self.paths.resize(rays.len(), path);
-        self.media.resize(media.len(), MediumStack::default());
-        for (k, (ray, path)) in rays.iter().enumerate() {
-            let start = &mut starts[octant(ray)];
-            (self.rays[*start], self.paths[*start]) = (*ray, *path);
-            if let Some(media) = media.get(k) {
-                self.media[*start] = *media;
+        self.clear();
+        if branches.octants.contains(&branches.rays.len()) {
+            // In order as they are.
+            std::mem::swap(&mut self.rays, &mut branches.rays);
+            std::mem::swap(&mut self.paths, &mut branches.paths);
+            std::mem::swap(&mut self.media, &mut branches.media);
+        } else {
+            let mut starts = branches.octants;
+            let mut sum = 0;
+            for start in &mut starts {
+                sum += std::mem::replace(start, sum);
             }
-            *start += 1;
+            self.order.clear();
+            self.order.resize(branches.rays.len(), 0);
+            for (number, ray) in (0..).zip(&branches.rays) {
+                let start = &mut starts[octant(ray)];
+                self.order[*start] = number;
+                *start += 1;
+            }
+            let order = self.order.iter().map(|&number| number as usize);
+            self.rays.extend(order.clone().map(|number| branches.rays[number]));
+            self.paths.extend(order.clone().map(|number| branches.paths[number]));
+            if !branches.media.is_empty() {
+                self.media.extend(order.map(|number| branches.media[number]));
+            }
         }
         branches.clear();
     }
 }
 
+/// Which of the eight octants of directions a ray runs in.
+fn octant(ray: &Ray) -> usize {
+    ray.direction.is_negative_bitmask() as usize
+}
+
 impl Branches {
     pub fn push(&mut self, ray: Ray, path: Path, media: Option<&MediumStack>) {
-        self.rays.push((ray, path));
+        self.octants[octant(&ray)] += 1;
+        self.rays.push(ray);
+        self.paths.push(path);
         self.media.extend(media);
     }
 
@@ -171,18 +186,25 @@ impl Branches {
     pub fn retain(&mut self, mut worth_it: impl FnMut(&Path) -> bool) {
         let mut kept = 0;
         for k in 0..self.rays.len() {
-            if worth_it(&self.rays[k].1) {
-                self.rays[kept] = self.rays[k];
-                self.media[kept] = self.media[k];
+            if worth_it(&self.paths[k]) {
+                if kept < k {
+                    (self.rays[kept], self.paths[kept]) = (self.rays[k], self.paths[k]);
+                    self.media[kept] = self.media[k];
+                }
                 kept += 1;
+            } else {
+                self.octants[octant(&self.rays[k])] -= 1;
             }
         }
         self.rays.truncate(kept);
+        self.paths.truncate(kept);
         self.media.truncate(kept);
     }
 
     fn clear(&mut self) {
         self.rays.clear();
+        self.paths.clear();
         self.media.clear();
+        self.octants = [0; 8];
     }
 }

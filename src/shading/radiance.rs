@@ -113,9 +113,7 @@ impl<R: Recorder> Tracer<'_, R> {
         if TERMS & terms::GLASS != 0 {
             self.cross_glass::<K>(level);
         }
-        for index in 0..level.rays.len() {
-            self.meet::<TERMS>(level, index, depth);
-        }
+        self.meet::<TERMS>(level, depth);
         if TERMS & terms::MIRRORS != 0 {
             self.branch::<K, TERMS>(level, depth);
         }
@@ -159,6 +157,7 @@ impl<R: Recorder> Tracer<'_, R> {
     }
 
     /// Finds out what is behind the transparent surfaces of a packet, and takes its rays past those that change nothing.
+    #[inline(never)]
     fn cross_glass<K: TreeKernels>(&mut self, level: &mut Level) {
         let scene = self.scene;
         level.beyond.clear();
@@ -183,42 +182,45 @@ impl<R: Recorder> Tracer<'_, R> {
         }
     }
 
-    /// Shades one ray of a packet as far as it can be done alone: background or ambient light.
-    #[inline(always)]
-    fn meet<const TERMS: u8>(&mut self, level: &mut Level, index: usize, depth: u32) {
+    /// Shades the rays of a packet as far as each can be done alone: background or ambient light.
+    #[inline(never)]
+    fn meet<const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
         let scene = self.scene;
-        let direction = level.rays[index].direction;
-        let sample = &mut self.samples[level.paths[index].sample as usize];
-        let Some(hit) = level.hits[index] else {
-            level.sums[index] = scene.background(direction);
-            sample.cost += 1;
-            return;
-        };
-        let interaction = self.surfaces.get(scene, index, &hit);
-        let material = &scene.materials[interaction.material as usize];
-        sample.meet(&interaction, depth, scene.lights.len());
-        let color = material.color(|| scene.uv(&hit, interaction.point));
-        let ambient = scene.world.ambient * color * material.ambient;
-        let beyond = level.beyond.get(index).and_then(Option::as_ref);
-        self.recorder.meet(scene, &interaction, color, ambient, beyond);
-        level.sums[index] = ambient;
-        if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
-            self.lighting.surfaces.push(Surface {
-                index: index as u32,
-                material: interaction.material,
-                point: interaction.point,
-                shadow_start: interaction.shadow_start(),
-                normal: interaction.shading_normal * interaction.side(),
-                view: -direction,
-                color,
-            });
-        }
-        if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
-            level.onward.push(index as u32);
+        for index in 0..level.rays.len() {
+            let direction = level.rays[index].direction;
+            let sample = &mut self.samples[level.paths[index].sample as usize];
+            let Some(hit) = level.hits[index] else {
+                level.sums[index] = scene.background(direction);
+                sample.cost += 1;
+                continue;
+            };
+            let interaction = self.surfaces.get(scene, index, &hit);
+            let material = &scene.materials[interaction.material as usize];
+            sample.meet(&interaction, depth, scene.lights.len());
+            let color = material.color(|| scene.uv(&hit, interaction.point));
+            let ambient = scene.world.ambient * color * material.ambient;
+            let beyond = level.beyond.get(index).and_then(Option::as_ref);
+            self.recorder.meet(scene, &interaction, color, ambient, beyond);
+            level.sums[index] = ambient;
+            if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
+                self.lighting.surfaces.push(Surface {
+                    index: index as u32,
+                    material: interaction.material,
+                    point: interaction.point,
+                    shadow_start: interaction.shadow_start(),
+                    normal: interaction.shading_normal * interaction.side(),
+                    view: -direction,
+                    color,
+                });
+            }
+            if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
+                level.onward.push(index as u32);
+            }
         }
     }
 
     /// Sends on mirrored and refracted rays from the surfaces of a packet.
+    #[inline(never)]
     fn branch<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
         let scene = self.scene;
         let mut onward = std::mem::take(&mut level.onward);
@@ -285,9 +287,9 @@ fn surface<K: TreeKernels, R: Recorder>(
     recorder: &mut R,
 ) -> bool {
     while scene.materials[interaction.material as usize].transmit != 0.0 {
-        let hit = interaction.hit;
-        let slack = slack(ray, &hit, interaction);
-        match cross::<K>(scene, ray, &hit, interaction, media, slack) {
+        let SurfaceInteraction { hit, geometric_normal, point_error, material, entering, .. } = *interaction;
+        let slack = slack(ray, &hit, geometric_normal, point_error);
+        match cross::<K>(scene, ray, &hit, (material, entering), media, slack) {
             Crossing::Opaque(hit) => {
                 *interaction = scene.interaction::<K>(ray, &hit);
                 return true;
