@@ -74,13 +74,12 @@ fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
     let (left, right, fx) = place(uv.x, image.width);
     let (upper, lower, fy) = place(1.0 - uv.y, image.height);
     let (width, linear) = (image.width as usize, srgb8_table());
-    let between = |row: usize| {
-        let row = &image.texels[row * width..][..width];
-        let [left, right] = [row[left], row[right]]
-            .map(|[r, g, b]| Rgb::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)]));
-        left.lerp(right, fx)
+    let (above, below) = (&image.texels[upper * width..][..width], &image.texels[lower * width..][..width]);
+    let texel = |row: &[[u8; 3]], column: usize| {
+        let [r, g, b] = row[column];
+        Rgb::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)])
     };
-    between(upper).lerp(between(lower), fy)
+    texel(above, left).lerp(texel(above, right), fx).lerp(texel(below, left).lerp(texel(below, right), fx), fy)
 }
 
 /// Texel index `i` of the first two periods, or one beside them, brought into `0..n`.

@@ -9,22 +9,24 @@ use glam::DVec3;
 pub(super) enum Crossing {
     /// An opaque surface lies on it.
     Opaque(Hit),
-    /// No change of medium; the bodies behind.
-    Nothing(MediumStack),
-    /// A change of medium; the bodies behind, and the product of all k_t.
-    Surface(MediumStack, f64),
+    /// No change of medium.
+    Nothing,
+    /// A change of medium, and the product of all k_t.
+    Surface(f64),
 }
 
 /// What there is at a hit with a transparent body of this material, when all surfaces that touch there are taken together.
+/// `beyond`: the bodies before it, to become those behind it.
 pub(super) fn cross<K: TreeKernels>(
     scene: &Scene,
     ray: &Ray,
     hit: &Hit,
     (material, entering): (u32, bool),
-    media: &MediumStack,
+    beyond: &mut MediumStack,
     slack: f64,
 ) -> Crossing {
-    let mut beyond = media.crossed(scene, hit.object, material, entering);
+    let before = *beyond;
+    beyond.cross(scene, hit.object, material, entering);
     let mut opaque: Option<Hit> = None;
     let mut transmit = scene.materials[material as usize].transmit;
     scene.coincident::<K>(ray, hit, slack, |other| {
@@ -32,7 +34,7 @@ pub(super) fn cross<K: TreeKernels>(
         if scene.materials[material as usize].transmit > 0.0 {
             let entering = scene.facet::<K>(ray, &other).entering;
             transmit *= scene.materials[material as usize].transmit;
-            beyond = beyond.crossed(scene, other.object, material, entering);
+            beyond.cross(scene, other.object, material, entering);
         } else if opaque.is_none_or(|o| other.beats(&o)) {
             opaque = Some(other);
         }
@@ -40,8 +42,8 @@ pub(super) fn cross<K: TreeKernels>(
     match opaque {
         Some(hit) => Crossing::Opaque(hit),
         // The surface of a body inside of one that outranks it is not there.
-        None if *media != beyond && media.filling(scene) == beyond.filling(scene) => Crossing::Nothing(beyond),
-        None => Crossing::Surface(beyond, transmit),
+        None if before != *beyond && before.filling(scene) == beyond.filling(scene) => Crossing::Nothing,
+        None => Crossing::Surface(transmit),
     }
 }
 
@@ -69,6 +71,7 @@ pub(super) struct Split {
 
 /// Divides k_r and k_t between the mirrored and the refracted ray. `outside`: index before the
 /// surface; `eta`: that over the one behind it, if light gets there.
+#[inline(always)]
 pub(super) fn split<K: TreeKernels>(
     material: &Material,
     ray: &Ray,
@@ -79,11 +82,23 @@ pub(super) fn split<K: TreeKernels>(
 ) -> Split {
     // Toward its silhouette a smooth surface may seem to face away.
     let normal = if ray.direction.dot(normal) < 0.0 { normal } else { facet };
-    let Some(eta) = eta else {
-        // Opaque: a mirror, or a varnish whose reflection follows Fresnel.
-        let weight = if material.fresnel { fresnel_of(ray, normal, outside / material.ior) } else { 1.0 };
-        return Split { normal, reflect: material.reflect * weight, transmit: None };
-    };
+    if let Some(eta) = eta {
+        return split_glass::<K>(material, ray, normal, facet, eta, entering);
+    }
+    // Opaque: a mirror, or a varnish whose reflection follows Fresnel.
+    let weight = if material.fresnel { fresnel_of(ray, normal, outside / material.ior) } else { 1.0 };
+    Split { normal, reflect: material.reflect * weight, transmit: None }
+}
+
+/// The same where light gets behind the surface.
+fn split_glass<K: TreeKernels>(
+    material: &Material,
+    ray: &Ray,
+    normal: DVec3,
+    facet: DVec3,
+    eta: f64,
+    entering: bool,
+) -> Split {
     let total = Split { normal, reflect: material.reflect + material.transmit, transmit: None };
     // A smooth normal may bend the ray to the wrong side of the facet; the facet's own normal does not.
     let bent = K::refract(ray.direction, normal, eta, entering).map(|direction| {

@@ -187,12 +187,11 @@ fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut Med
     }
     let facet = scene.facet::<K>(ray, hit);
     let slack = slack(ray, hit, facet.normal, facet.point_error);
-    let (beyond, part) = match cross::<K>(scene, ray, hit, (material, facet.entering), media, slack) {
+    let part = match cross::<K>(scene, ray, hit, (material, facet.entering), media, slack) {
         Crossing::Opaque(_) => return 0.0,
-        Crossing::Nothing(beyond) => (beyond, 1.0),
-        Crossing::Surface(beyond, transmit) => (beyond, transmit),
+        Crossing::Nothing => 1.0,
+        Crossing::Surface(transmit) => transmit,
     };
     ray.t_min = hit.t + slack;
-    *media = beyond;
     part
 }

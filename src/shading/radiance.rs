@@ -289,20 +289,20 @@ fn surface<K: TreeKernels, R: Recorder>(
     while scene.materials[interaction.material as usize].transmit != 0.0 {
         let SurfaceInteraction { hit, geometric_normal, point_error, material, entering, .. } = *interaction;
         let slack = slack(ray, &hit, geometric_normal, point_error);
-        match cross::<K>(scene, ray, &hit, (material, entering), media, slack) {
+        let behind = beyond.insert(*media);
+        match cross::<K>(scene, ray, &hit, (material, entering), behind, slack) {
             Crossing::Opaque(hit) => {
+                *beyond = None;
                 *interaction = scene.interaction::<K>(ray, &hit);
                 return true;
             }
-            Crossing::Surface(behind, _) => {
-                *beyond = Some(behind);
-                return true;
-            }
-            Crossing::Nothing(behind) => {
+            Crossing::Surface(_) => return true,
+            Crossing::Nothing => {
                 recorder.pass(scene, &hit);
                 // On with the same ray: nothing is computed anew.
                 ray.t_min = hit.t + slack;
-                *media = behind;
+                *media = *behind;
+                *beyond = None;
                 let Some(hit) = scene.intersect::<K>(ray) else { return false };
                 *interaction = scene.interaction::<K>(ray, &hit);
             }
