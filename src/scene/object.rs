@@ -87,6 +87,11 @@ impl Object {
         object
     }
 
+    /// Whether a ray that leaves it does not meet it again.
+    pub fn is_convex(&self) -> bool {
+        !matches!(self.shape, Shape::Mesh(_))
+    }
+
     /// Centre and radius of a sphere around it in world space; infinite for planes and for meshes without triangles.
     pub fn bounding_sphere(&self) -> (DVec3, f64) {
         let Some(bounds) = self.bounds() else { return (DVec3::ZERO, f64::INFINITY) };

@@ -163,35 +163,41 @@ impl Lighting {
 fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
     let mut part = 1.0;
     while part > 0.0 {
-        let Some(&hit) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };
-        part *= pass::<K>(scene, &mut ray, &hit, &mut media);
-        // On to the next hits with the objects that are passed.
+        let Some(&first) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };
+        let (passed, entering) = pass::<K>(scene, &mut ray, &first, &mut media);
+        part *= passed;
+        // On to the next hits with the objects that are passed. What is convex is left for good.
         hits.retain_mut(|hit| {
-            let next = if hit.t > ray.t_min {
-                Some(*hit)
+            let object = &scene.objects()[hit.object as usize];
+            if hit.t > ray.t_min {
+                true
+            } else if K::CONSERVATIVE && !entering && hit.object == first.object && object.is_convex() {
+                false
+            } else if let Some(next) = object.intersect::<K>(&ray, hit.object) {
+                *hit = next;
+                true
             } else {
-                scene.objects()[hit.object as usize].intersect::<K>(&ray, hit.object)
-            };
-            next.map(|next| *hit = next).is_some()
+                false
+            }
         });
     }
     part
 }
 
-/// The part of the light that gets through what a shadow ray meets. The same ray goes on behind the hit: nothing is computed
-/// anew, so nothing is met twice or skipped.
-fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> f64 {
+/// The part of the light that gets through what a shadow ray meets, and whether that is the way into a body. The same ray goes on
+/// behind the hit: nothing is computed anew, so nothing is met twice or skipped.
+fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> (f64, bool) {
     let material = scene.material_of(hit.object, hit.primitive);
     if scene.materials[material as usize].transmit == 0.0 {
-        return 0.0;
+        return (0.0, true);
     }
     let facet = scene.facet::<K>(ray, hit);
     let slack = slack(ray, hit, facet.normal, facet.point_error);
     let part = match cross::<K>(scene, ray, hit, (material, facet.entering), media, slack) {
-        Crossing::Opaque(_) => return 0.0,
+        Crossing::Opaque(_) => 0.0,
         Crossing::Nothing => 1.0,
         Crossing::Surface(transmit) => transmit,
     };
     ray.t_min = hit.t + slack;
-    part
+    (part, facet.entering)
 }
