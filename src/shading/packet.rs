@@ -141,10 +141,10 @@ impl Level {
     pub fn take(&mut self, branches: &mut Branches) {
         self.clear();
         if branches.octants.contains(&branches.rays.len()) {
-            // In order as they are.
-            std::mem::swap(&mut self.rays, &mut branches.rays);
-            std::mem::swap(&mut self.paths, &mut branches.paths);
-            std::mem::swap(&mut self.media, &mut branches.media);
+            // In order as they are. (Changing places with them would let both grow again and again.)
+            self.rays.extend_from_slice(&branches.rays);
+            self.paths.extend_from_slice(&branches.paths);
+            self.media.extend_from_slice(&branches.media);
         } else {
             let mut starts = branches.octants;
             let mut sum = 0;
