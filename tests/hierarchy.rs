@@ -262,7 +262,7 @@ fn surfaces_lie_on_the_ray_and_normals_and_sides_agree_with_the_naive_tracer() {
             continue;
         }
         let surface = scene.interaction::<Robust>(&ray, &hit);
-        let uv = scene.uv(&surface);
+        let uv = scene.uv(&surface.hit, surface.point);
         assert!(surface.point.distance(ray.at(hit.t)) < 1e-9 * (1.0 + hit.t));
         assert!(surface.geometric_normal.distance(want.normal) < 1e-6, "{hit:?} {want:?}");
         assert_eq!(surface.entering, want.normal.dot(ray.direction) < 0.0);

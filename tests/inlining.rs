@@ -4,7 +4,7 @@
 //! end in its name: `traverse_avx2`.
 
 /// Modules, types and functions that must be inlined completely, as they stand in symbols of either mangling.
-const KERNELS: [&[&str]; 7] = [
+const KERNELS: [&[&str]; 8] = [
     &["bvh", "simd"],
     &["bvh", "kernels"],
     // And `plain_packets`.
@@ -12,6 +12,7 @@ const KERNELS: [&[&str]; 7] = [
     &["bvh", "triangles", "Test"],
     &["geometry", "slab"],
     &["scene", "front"],
+    &["scene", "surface", "Placement"],
     &["geometry", "triangle", "TriangleRay"],
 ];
 

@@ -3,11 +3,11 @@
 mod support;
 
 use glam::DVec3;
-use glimt::bvh::Isa;
+use glimt::bvh::{Isa, TreeKernels};
 use glimt::description::*;
-use glimt::geometry::{Fast, Hit, Ray, Reference, Robust};
+use glimt::geometry::{Classic, Fast, Hit, Ray, Reference, Robust, SurfaceInteraction};
 use glimt::math::{Rgb, SplitMix64};
-use glimt::scene::{PacketScratch, Scene, compile_for};
+use glimt::scene::{MOST_SURFACES, PacketScratch, Scene, Surfaces, compile_for};
 use support::*;
 
 /// One of each shape, two of them in the same place, turned and stretched by chance.
@@ -168,5 +168,57 @@ fn of_three_faces_in_a_chain_of_ties_packets_and_single_rays_see_the_same_one() 
                 2
             );
         }
+    }
+}
+
+/// All that there is to a surface, as bits; NaN is NaN.
+fn surface_bits(at: &SurfaceInteraction) -> (Vec<u64>, u32, bool) {
+    let vectors = [at.point, at.geometric_normal, at.shading_normal, at.shadow_point];
+    let numbers = vectors.iter().flat_map(|v| v.to_array()).chain([at.point_error]);
+    let bits = numbers.map(|x| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() });
+    (bits.collect(), at.material, at.entering)
+}
+
+/// How many surfaces there are, each as it is alone.
+fn assert_surfaces_as_alone<K: TreeKernels>(scene: &Scene, rays: &[Ray], surfaces: &mut Surfaces, what: &str) -> usize {
+    let hits: Vec<Option<Hit>> = rays.iter().map(|ray| scene.intersect::<K>(ray)).collect();
+    scene.surfaces::<K>(rays, &hits, surfaces);
+    for (number, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
+        let Some(hit) = hit else { continue };
+        let alone = scene.interaction::<K>(ray, hit);
+        assert_eq!(surface_bits(&surfaces.get(scene, number, hit)), surface_bits(&alone), "{what} {number} {ray:?}");
+    }
+    hits.iter().flatten().count()
+}
+
+#[test]
+fn surfaces_computed_together_are_to_the_bit_what_each_is_alone() {
+    let flat = "v -1 -1 -1\nv 1 -1 -1\nv 0 1 0\nv 0 -1 1\nf 1 3 2\nf 1 4 3\nf 2 3 4\nf 1 2 4\n";
+    let smooth = "v -1 -1 -1\nv 1 -1 -1\nv 0 1 0\nv 0 -1 1\nvn -1 -1 -1\nvn 1 -1 -1\nvn 0 1 0\nvn 0 -1 1\n\
+                  f 1//1 3//3 2//2\nf 1//1 4//4 3//3\nf 2//2 3//3 4//4\nf 1//1 2//2 4//4\n";
+    let models = [model_file("flat-surfaces", flat), model_file("smooth-surfaces", smooth)];
+    let mut surfaces = Surfaces::default();
+    for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+        let mut met = 0;
+        for (seed, count) in (0..30).zip([1, 2, 3, 5, 7, 12, 40].into_iter().cycle()) {
+            let mut desc = things(seed, count);
+            let mut rng = SplitMix64(seed);
+            for model in &models {
+                let mut thing = mesh(model, "white");
+                thing.rotate = v(rng.range(0.0, 360.0), rng.range(0.0, 360.0), 0.0);
+                thing.scale = v(rng.range(0.3, 1.0), rng.range(0.3, 1.0), rng.range(-1.0, -0.3));
+                desc.objects.push(thing);
+            }
+            let scene = compile_for(&desc, None, isa).unwrap();
+            for size in [1, 2, 3, 8, 9, 100, MOST_SURFACES] {
+                let rays: Vec<Ray> = (0..size).map(|_| ray(&mut rng)).collect();
+                let what = format!("{} {seed} {count} {size}", isa.name());
+                met += assert_surfaces_as_alone::<Robust>(&scene, &rays, &mut surfaces, &what);
+                assert_surfaces_as_alone::<Reference>(&scene, &rays, &mut surfaces, &what);
+                assert_surfaces_as_alone::<Fast>(&scene, &rays, &mut surfaces, &what);
+                assert_surfaces_as_alone::<Classic>(&scene, &rays, &mut surfaces, &what);
+            }
+        }
+        assert!(met > 3_000, "{met} surfaces");
     }
 }

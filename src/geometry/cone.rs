@@ -75,11 +75,16 @@ pub(super) fn cone_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
 
 /// The surface of face `face` near `p` (object space). The apex looks along the axis.
 pub fn cone_surface(p: DVec3, face: u32) -> SurfacePoint {
+    cone_surface_at(p, p.x.hypot(p.z), face)
+}
+
+/// The same, where the distance from the axis is known: that takes a call, which loops over points can not make.
+#[inline(always)]
+pub fn cone_surface_at(p: DVec3, rho: f64, face: u32) -> SurfacePoint {
     if face == BOTTOM {
         return cap_surface(p, -1.0);
     }
     let y = p.y.clamp(-1.0, 1.0);
-    let rho = p.x.hypot(p.z);
     if rho == 0.0 {
         return SurfacePoint { point: DVec3::new(0.0, y, 0.0), normal: DVec3::Y };
     }

@@ -44,18 +44,22 @@ pub(super) fn cuboid_intersect_f32(ray: &Ray) -> Option<(f64, u32)> {
 }
 
 /// Axis of a face, and on which side of it.
-fn side_of(face: u32) -> (usize, f64) {
-    ((face / 2) as usize, if face.is_multiple_of(2) { -1.0 } else { 1.0 })
+#[inline(always)]
+fn side_of(face: u32) -> (u32, f64) {
+    (face / 2, if face.is_multiple_of(2) { -1.0 } else { 1.0 })
 }
 
 /// The surface of face `face` near `p` (object space).
+#[inline(always)]
 pub fn cuboid_surface(p: DVec3, face: u32) -> SurfacePoint {
     let (axis, side) = side_of(face);
-    let mut point = p.clamp(DVec3::NEG_ONE, DVec3::ONE);
-    point[axis] = side;
-    let mut normal = DVec3::ZERO;
-    normal[axis] = side;
-    SurfacePoint { point, normal }
+    let within = p.clamp(DVec3::NEG_ONE, DVec3::ONE);
+    // Coordinate by coordinate, so that loops over points become vector code.
+    let on = |k: u32, other: f64| if k == axis { side } else { other };
+    SurfacePoint {
+        point: DVec3::new(on(0, within.x), on(1, within.y), on(2, within.z)),
+        normal: DVec3::new(on(0, 0.0), on(1, 0.0), on(2, 0.0)),
+    }
 }
 
 /// Texture coordinates at point `p` of face `face`. Pictures stand upright on every face, seen from outside.

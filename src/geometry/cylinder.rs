@@ -92,6 +92,7 @@ impl NearestF32 {
 }
 
 /// The surface of face `face` near `p` (object space).
+#[inline(always)]
 pub fn cylinder_surface(p: DVec3, face: u32) -> SurfacePoint {
     if face == SIDE {
         let n = DVec3::new(p.x, 0.0, p.z).normalize_or(DVec3::Z);
@@ -111,6 +112,7 @@ pub fn cylinder_uv(p: DVec3, face: u32) -> DVec2 {
 }
 
 /// The unit disc at y = `side`, looking away from y = 0.
+#[inline(always)]
 pub(super) fn cap_surface(p: DVec3, side: f64) -> SurfacePoint {
     SurfacePoint { point: DVec3::new(p.x, side, p.z), normal: DVec3::Y * side }
 }

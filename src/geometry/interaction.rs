@@ -38,21 +38,29 @@ pub struct SurfaceInteraction {
 impl SurfaceInteraction {
     /// A ray that leaves the surface in this unit direction, started off the surface by its error bound, on the side that it
     /// goes to. The only maker of reflected and refracted rays.
+    #[inline]
     pub fn spawn_ray<K: Kernels>(&self, direction: DVec3) -> Ray {
         let side = if direction.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
         let origin = self.point + self.geometric_normal * (side * self.point_error);
         Ray { t_min: K::T_MIN, ..Ray::new(origin, direction) }
     }
 
+    /// The side that the viewer is on: 1 outside of the body, -1 inside.
+    #[inline]
+    pub fn side(&self) -> f64 {
+        if self.entering { 1.0 } else { -1.0 }
+    }
+
     /// Where shadow rays start: off the surface on the side that the viewer is on.
+    #[inline]
     pub fn shadow_start(&self) -> ShadowStart {
-        let side = if self.entering { 1.0 } else { -1.0 };
-        ShadowStart(self.shadow_point + self.geometric_normal * (side * self.point_error))
+        ShadowStart(self.shadow_point + self.geometric_normal * (self.side() * self.point_error))
     }
 }
 
 /// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: the shading normal at a point, and
 /// the point lifted for shadow rays. `weights` of the corners there; `entering`: into the body.
+#[inline(always)]
 pub fn smooth(
     point: DVec3,
     geometric_normal: DVec3,

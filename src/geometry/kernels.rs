@@ -51,6 +51,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
 
     /// The point where rays from this hit start, and how far along the normal they must be moved off the surface.
     /// `on_surface` is the hit projected onto the surface, `bound` the error bound of that projection (world space).
+    #[inline(always)]
     fn surface_point(_ray: &Ray, _t: f64, on_surface: DVec3, bound: f64) -> (DVec3, f64) {
         (on_surface, bound)
     }
@@ -129,6 +130,7 @@ macro_rules! single_precision_shapes {
 impl Kernels for Fast {
     single_precision_shapes!();
 
+    #[inline(always)]
     fn surface_point(ray: &Ray, t: f64, _on_surface: DVec3, _bound: f64) -> (DVec3, f64) {
         let point = (ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3();
         let size = point.length().max(ray.origin.length()).max(t);
@@ -147,6 +149,7 @@ impl Kernels for Classic {
 
     const T_MIN: f64 = 1e-4;
 
+    #[inline(always)]
     fn surface_point(ray: &Ray, t: f64, _on_surface: DVec3, _bound: f64) -> (DVec3, f64) {
         ((ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3(), 0.0)
     }

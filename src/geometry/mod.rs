@@ -35,7 +35,7 @@ mod sphere;
 mod triangle;
 
 pub use aabb::Aabb;
-pub use cone::{cone_intersect, cone_surface, cone_uv};
+pub use cone::{cone_intersect, cone_surface, cone_surface_at, cone_uv};
 pub use cuboid::{cuboid_intersect, cuboid_surface, cuboid_uv};
 pub use cylinder::{cylinder_intersect, cylinder_surface, cylinder_uv};
 pub use interaction::{ShadowStart, SurfaceInteraction, SurfacePoint, fresnel, reflect, refract, smooth};
@@ -44,4 +44,4 @@ pub use plane::{plane_intersect, plane_surface, plane_uv, quad_intersect, quad_u
 pub use ray::{Hit, Ray};
 pub use slab::{PaddedSlab, PlainSlab, Slab, WideSlab};
 pub use sphere::{sphere_intersect, sphere_surface, sphere_uv};
-pub use triangle::TriangleRay;
+pub use triangle::{TriangleRay, triangle_surface};

@@ -35,6 +35,7 @@ pub(super) fn quad_intersect_f32(ray: &Ray) -> Option<f64> {
 }
 
 /// The surface of the plane or quad near `p` (object space).
+#[inline(always)]
 pub fn plane_surface(p: DVec3) -> SurfacePoint {
     SurfacePoint { point: DVec3::new(p.x, 0.0, p.z), normal: DVec3::Y }
 }

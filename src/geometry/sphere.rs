@@ -43,6 +43,7 @@ pub(super) fn sphere_intersect_f32(ray: &Ray, centre: DVec3, radius: f64) -> Opt
 }
 
 /// The surface of the unit sphere near `p` (object space).
+#[inline(always)]
 pub fn sphere_surface(p: DVec3) -> SurfacePoint {
     let n = p.normalize_or(DVec3::Y);
     SurfacePoint { point: n, normal: n }

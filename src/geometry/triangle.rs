@@ -1,8 +1,9 @@
 //! Triangles of f32 corners.
 
+use super::interaction::SurfacePoint;
 use super::ray::Ray;
 use crate::math::Four;
-use glam::{DVec4, Vec3};
+use glam::{DVec3, DVec4, Vec3};
 
 /// A ray prepared for the watertight triangle test of Woop, Benthin and Wald (JCGT 2(1) 2013), in f64 on f32 corners:
 /// permuted and sheared so that it runs along its largest axis.
@@ -89,4 +90,11 @@ impl TriangleRay {
         let t = (uz + vz + wz) * sz * inverse;
         (t > self.t_min && t <= t_max).then_some((t, v * inverse, w * inverse))
     }
+}
+
+/// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.
+#[inline(always)]
+pub fn triangle_surface([a, b, c]: [DVec3; 3], u: f64, v: f64) -> SurfacePoint {
+    let point = a + (b - a) * u + (c - a) * v;
+    SurfacePoint { point, normal: (b - a).cross(c - a).normalize_or(DVec3::Y) }
 }

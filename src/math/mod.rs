@@ -13,18 +13,21 @@ pub use hash::{SplitMix64, hash_pixel, lowbias32};
 pub use rgb::Rgb;
 pub use sobol::{sample_in_pixel, tent};
 pub use srgb::{
-    STEEPEST, linear_to_srgb, linear_to_srgb_near, linear_to_srgb8, srgb_to_linear, srgb_to_linear_near,
+    STEEPEST, linear_to_srgb, linear_to_srgb_near, linear_to_srgb8, srgb_to_linear, srgb_to_linear_near, srgb8_table,
     srgb8_to_linear,
 };
 
 /// The largest whole number that is not above `x`. What the standard library has is a call on the base instruction set of x86-64:
 /// with it a frame of the demo took 1 to 2 % longer.
+#[inline(always)]
 pub fn floor(x: f64) -> f64 {
     /// From here on all numbers are whole. NaN is returned, too.
     const WHOLE: f64 = (1u64 << 52) as f64;
     if x.abs() < WHOLE {
-        let whole = x as i64 as f64;
-        whole - f64::from(u8::from(whole > x))
+        // Added, it leaves no room for a fraction: rounded to the nearest without the way through whole numbers, which takes twice
+        // as long.
+        let near = (x.abs() + WHOLE - WHOLE).copysign(x);
+        near - if near > x { 1.0 } else { 0.0 }
     } else {
         x
     }

@@ -55,7 +55,12 @@ pub fn srgb_to_linear_near(code: u16) -> f64 {
 
 /// 8-bit sRGB code to linear.
 pub fn srgb8_to_linear(code: u8) -> f64 {
-    DECODE[code as usize]
+    srgb8_table()[code as usize]
+}
+
+/// The linear value of each 8-bit sRGB code: whoever looks up many asks only once whether the table is made.
+pub fn srgb8_table() -> &'static [f64; 256] {
+    &DECODE
 }
 
 /// Linear value to the nearest 8-bit sRGB code, half up, clamped. NaN gives 0.

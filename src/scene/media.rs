@@ -21,7 +21,7 @@ pub struct MediumStack {
 /// What was passed over has no part in it.
 impl PartialEq for MediumStack {
     fn eq(&self, o: &Self) -> bool {
-        self.bodies == o.bodies && self.len == o.len
+        self.bodies[..self.len] == o.bodies[..o.len]
     }
 }
 
@@ -42,20 +42,21 @@ impl MediumStack {
         self.overfull
     }
 
-    /// The stack after crossing the surface of `object`. A quad has no inside.
-    pub fn crossed(self, scene: &Scene, object: u32, material: u32, entering: bool) -> Self {
+    /// Crosses the surface of `object`. A quad has no inside. (In place: a stack that is written in parts and copied as a whole at
+    /// once makes the processor wait.)
+    pub fn cross(&mut self, scene: &Scene, object: u32, material: u32, entering: bool) {
         match scene.objects()[object as usize].shape {
-            Shape::Quad => self,
-            _ if entering => self.entered(object, material),
-            _ => self.left(object),
+            Shape::Quad => {}
+            _ if entering => self.enter(object, material),
+            _ => self.leave(object),
         }
     }
 
-    /// The stack after crossing the surface of `object` inward.
-    fn entered(mut self, object: u32, material: u32) -> Self {
+    /// Crosses the surface of `object` inward.
+    fn enter(&mut self, object: u32, material: u32) {
         // A body is entered once: a second entrance comes from an open or self-overlapping mesh.
         if self.bodies[..self.len].iter().any(|b| b.object == object) {
-            return self;
+            return;
         }
         match self.bodies.get_mut(self.len) {
             Some(free) => {
@@ -64,16 +65,14 @@ impl MediumStack {
             }
             None => self.overfull = true,
         }
-        self
     }
 
-    /// The stack after crossing the surface of `object` outward.
-    fn left(mut self, object: u32) -> Self {
+    /// Crosses the surface of `object` outward.
+    fn leave(&mut self, object: u32) {
         if let Some(at) = self.bodies[..self.len].iter().position(|b| b.object == object) {
             self.bodies.copy_within(at + 1..self.len, at);
             self.len -= 1;
         }
-        self
     }
 
     /// The object whose medium fills the place: of those that the ray is inside of the one with the highest priority, of
@@ -104,7 +103,7 @@ impl Scene {
             if let Some(primitive) = self.inside_of(index, point) {
                 let material = self.material_of(index, primitive);
                 if self.materials[material as usize].transmit > 0.0 {
-                    media = media.entered(index, material);
+                    media.enter(index, material);
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::Shell;
 use crate::assets::{ImportReport, Model};
 use crate::bvh::{BvhStats, Isa, PacketRoom, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
-use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv};
+use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv, triangle_surface};
 use crate::workers;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::num::NonZeroUsize;
@@ -109,10 +109,14 @@ impl Mesh {
         (b - a).cross(c - a)
     }
 
+    /// Whether triangles have shading normals.
+    pub fn is_smooth(&self) -> bool {
+        !self.normals.is_empty()
+    }
+
     /// The shading normals of a triangle's corners; `None` if it is flat.
     pub fn shading_normals(&self, triangle: u32) -> Option<[DVec3; 3]> {
-        (!self.normals.is_empty())
-            .then(|| self.triangles[triangle as usize].map(|i| self.normals[i as usize].as_dvec3()))
+        self.is_smooth().then(|| self.triangles[triangle as usize].map(|i| self.normals[i as usize].as_dvec3()))
     }
 
     /// The closest hit of a ray of object space; of hits at the same t the smallest index.
@@ -154,9 +158,7 @@ impl Mesh {
 
     /// The surface at weights u, v of the second and third corner: on the facet's plane to within rounding.
     pub fn surface(&self, triangle: u32, u: f64, v: f64) -> SurfacePoint {
-        let [a, b, c] = self.corners(triangle);
-        let point = a + (b - a) * u + (c - a) * v;
-        SurfacePoint { point, normal: self.normal_of(triangle).normalize_or(DVec3::Y) }
+        triangle_surface(self.corners(triangle), u, v)
     }
 
     /// Texture coordinates at these weights: the file's, or longitude and latitude about the centre.

@@ -15,6 +15,8 @@ mod packet;
 mod pick;
 mod shell;
 mod summary;
+mod surface;
+mod surfaces;
 mod texture;
 mod traverse;
 mod visits;
@@ -30,6 +32,8 @@ pub use packet::{PacketScratch, Way};
 pub use pick::Pick;
 pub use shell::Shell;
 pub use summary::{Imported, Summary};
+pub use surface::Facet;
+pub use surfaces::{MOST_SURFACES, Surfaces};
 pub use texture::Texture;
 
 use crate::assets::Image;

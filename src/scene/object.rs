@@ -22,7 +22,7 @@ pub struct Object {
     /// Bounds the error of points on the surface: `error_scale * max(|point|, reach)`.
     pub error_scale: f64,
     /// Unit normals in world space of flat faces that look along x, y and z in object space.
-    axes: [DVec3; 3],
+    pub(super) axes: [DVec3; 3],
     /// Distance of the world's origin from the far side of the object (0 for planes).
     pub reach: f64,
 }
@@ -87,14 +87,9 @@ impl Object {
         object
     }
 
-    /// The unit normal in world space where `normal` is the one in object space; most often it is that of a flat face.
-    pub fn world_normal(&self, normal: DVec3) -> DVec3 {
-        match normal.to_array() {
-            [x, 0.0, 0.0] => self.axes[0] * x,
-            [0.0, y, 0.0] => self.axes[1] * y,
-            [0.0, 0.0, z] => self.axes[2] * z,
-            _ => normal_of(&self.map, normal),
-        }
+    /// Whether a ray that leaves it does not meet it again.
+    pub fn is_convex(&self) -> bool {
+        !matches!(self.shape, Shape::Mesh(_))
     }
 
     /// Centre and radius of a sphere around it in world space; infinite for planes and for meshes without triangles.

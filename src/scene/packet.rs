@@ -83,16 +83,24 @@ impl Packet {
     fn load(&mut self, rays: &[Ray]) -> usize {
         let to = &mut self.front;
         let padded = rays.len().next_multiple_of(GROUP).min(CAPACITY);
-        for i in 0..padded {
-            let filler = Ray { t_max: DONE, ..rays[0] };
-            let ray = rays.get(i).unwrap_or(&filler);
+        for (i, ray) in rays.iter().take(CAPACITY).enumerate() {
             for axis in 0..3 {
                 to.origin[axis][i] = ray.origin[axis];
                 to.direction[axis][i] = ray.direction[axis];
             }
-            (to.t_min[i], to.t_max[i], to.limit[i]) = (ray.t_min, ray.t_max, ray.t_max);
-            (to.t[i], to.object[i], to.primitive[i]) = (f64::INFINITY, u32::MAX, u32::MAX);
+            (to.t_min[i], to.t_max[i]) = (ray.t_min, ray.t_max);
         }
+        for i in rays.len()..padded {
+            for axis in 0..3 {
+                to.origin[axis][i] = rays[0].origin[axis];
+                to.direction[axis][i] = rays[0].direction[axis];
+            }
+            (to.t_min[i], to.t_max[i]) = (rays[0].t_min, DONE);
+        }
+        to.limit[..padded].copy_from_slice(&to.t_max[..padded]);
+        to.t[..padded].fill(f64::INFINITY);
+        to.object[..padded].fill(u32::MAX);
+        to.primitive[..padded].fill(u32::MAX);
         padded
     }
 

@@ -2,7 +2,7 @@
 
 use crate::assets::Image;
 use crate::description::Wrap;
-use crate::math::{Rgb, floor, srgb8_to_linear};
+use crate::math::{Rgb, floor, srgb8_table};
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -66,20 +66,20 @@ fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
     }
     // Texel (i, j) has its centre at (i + 1/2) / width. Wrapping happens per texel, so that no seam is filtered wrongly.
     let place = |t: f64, n: u32| {
-        let n = f64::from(n);
         // Whole periods carry no information; without them the arithmetic below is exact enough at any distance.
-        let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { modulo_2(t) } * n - 0.5;
-        (floor(x), x - floor(x))
+        let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { modulo_2(t) } * f64::from(n) - 0.5;
+        let whole = floor(x);
+        (wrapped(whole as i64, n, wrap), wrapped(whole as i64 + 1, n, wrap), x - whole)
     };
-    let (i, fx) = place(uv.x, image.width);
-    let (j, fy) = place(1.0 - uv.y, image.height);
-    let column = [wrapped(i as i64, image.width, wrap), wrapped(i as i64 + 1, image.width, wrap)];
-    let row = [wrapped(j as i64, image.height, wrap), wrapped(j as i64 + 1, image.height, wrap)];
-    let texel = |x: usize, y: usize| {
-        let [r, g, b] = image.texels[row[y] * image.width as usize + column[x]].map(srgb8_to_linear);
-        Rgb::new(r, g, b)
+    let (left, right, fx) = place(uv.x, image.width);
+    let (upper, lower, fy) = place(1.0 - uv.y, image.height);
+    let (width, linear) = (image.width as usize, srgb8_table());
+    let (above, below) = (&image.texels[upper * width..][..width], &image.texels[lower * width..][..width]);
+    let texel = |row: &[[u8; 3]], column: usize| {
+        let [r, g, b] = row[column];
+        Rgb::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)])
     };
-    texel(0, 0).lerp(texel(1, 0), fx).lerp(texel(0, 1).lerp(texel(1, 1), fx), fy)
+    texel(above, left).lerp(texel(above, right), fx).lerp(texel(below, left).lerp(texel(below, right), fx), fy)
 }
 
 /// Texel index `i` of the first two periods, or one beside them, brought into `0..n`.

@@ -1,14 +1,11 @@
-//! Rays against the whole scene, and the surface where they end.
+//! Rays against the whole scene.
 
 use super::front::passes;
 use super::leaf::{AnyObject, AnyOccluder, Closest, Leaf};
 use super::{Geometry, Object, Scene, Shape};
 use crate::bvh::{LeafVisitor, TreeKernels};
-use crate::geometry::{
-    Hit, Ray, SurfaceInteraction, SurfacePoint, cone_surface, cone_uv, cuboid_surface, cuboid_uv, cylinder_surface,
-    cylinder_uv, plane_surface, plane_uv, quad_uv, smooth, sphere_surface, sphere_uv,
-};
-use glam::{DVec2, DVec3};
+use crate::geometry::{Hit, Ray};
+use glam::DVec3;
 
 impl Object {
     /// The closest hit of a world-space ray with this object alone. `index` is its own.
@@ -137,73 +134,5 @@ impl Scene {
             }
             false
         });
-    }
-
-    /// Everything that shading wants to know of a hit of this world-space ray.
-    pub fn interaction<K: TreeKernels>(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let object = &self.geometry.objects[hit.object as usize];
-        let map = &object.map;
-        let local_point = || map.inverse.transform_point3(ray.at(hit.t));
-        let mut on_surface = None;
-        let surface: SurfacePoint = match &object.shape {
-            Shape::Ball { centre, radius } => {
-                // In world space, so that the point is on the sphere that later rays meet.
-                let normal = (ray.at(hit.t) - *centre).normalize_or(DVec3::Y);
-                on_surface = Some((*centre + normal * *radius, normal));
-                SurfacePoint { point: normal, normal }
-            }
-            Shape::Ellipsoid => sphere_surface(local_point()),
-            Shape::Cuboid => cuboid_surface(local_point(), hit.primitive),
-            Shape::Cylinder => cylinder_surface(local_point(), hit.primitive),
-            Shape::Cone => cone_surface(local_point(), hit.primitive),
-            Shape::Plane | Shape::Quad => plane_surface(local_point()),
-            Shape::Mesh(mesh) => mesh.surface(hit.primitive, hit.u, hit.v),
-        };
-        let (on_surface, geometric_normal) = on_surface.unwrap_or_else(|| {
-            let normal = object.world_normal(surface.normal);
-            (map.forward.transform_point3(surface.point), normal)
-        });
-        let bound = object.error_scale * on_surface.length().max(object.reach);
-        let (point, point_error) = K::surface_point(ray, hit.t, on_surface, bound);
-        let entering = ray.direction.dot(geometric_normal) < 0.0;
-        let (mut shading_normal, mut shadow_point) = (geometric_normal, point);
-        if let Shape::Mesh(mesh) = &object.shape
-            && let Some(normals) = mesh.shading_normals(hit.primitive)
-        {
-            let corners = mesh.corners(hit.primitive).map(|p| map.forward.transform_point3(p));
-            let normals = normals.map(|n| {
-                let n = (map.normal * n).normalize_or(geometric_normal);
-                if n.dot(geometric_normal) < 0.0 { -n } else { n }
-            });
-            let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-            (shading_normal, shadow_point) = smooth(point, geometric_normal, entering, corners, normals, weights);
-        }
-        // Made in its place at last: it was copied where it was changed once more, 2.6 % of the time on the field of glass.
-        SurfaceInteraction {
-            point,
-            point_error,
-            geometric_normal,
-            shading_normal,
-            shadow_point,
-            hit: *hit,
-            material: self.material_of(hit.object, hit.primitive),
-            entering,
-        }
-    }
-
-    /// Texture coordinates where an interaction is, v upward.
-    pub fn uv(&self, interaction: &SurfaceInteraction) -> DVec2 {
-        let hit = &interaction.hit;
-        let object = &self.geometry.objects[hit.object as usize];
-        let p = object.map.inverse.transform_point3(interaction.point);
-        match &object.shape {
-            Shape::Ball { .. } | Shape::Ellipsoid => sphere_uv(p),
-            Shape::Cuboid => cuboid_uv(p, hit.primitive),
-            Shape::Cylinder => cylinder_uv(p, hit.primitive),
-            Shape::Cone => cone_uv(p, hit.primitive),
-            Shape::Plane => plane_uv(p),
-            Shape::Quad => quad_uv(p),
-            Shape::Mesh(mesh) => mesh.uv(hit.primitive, hit.u, hit.v),
-        }
     }
 }

@@ -73,6 +73,7 @@ fn highlight<K: TreeKernels>(material: &Material, surface: &Surface, beam: &Beam
 
 impl Lighting {
     /// What a light sends to the surfaces that it is in front of, and the shadow rays. `paths`: those of the packet.
+    #[inline(never)]
     fn gather<K: TreeKernels, const TERMS: u8>(&mut self, scene: &Scene, light: &Light, paths: &[Path]) {
         self.beams.clear();
         self.shadow_rays.clear();
@@ -122,6 +123,7 @@ impl Lighting {
     }
 
     /// Weakens the beams that pass transparent surfaces by the product of their k_t. `media`: around the packet's rays.
+    #[inline(never)]
     fn filter<K: TreeKernels>(
         &mut self,
         scene: &Scene,
@@ -135,56 +137,67 @@ impl Lighting {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            let media = media[self.surfaces[beam.surface as usize].index as usize];
             let hits = &mut self.glass;
-            beam.part = match way {
-                Way::Clear => 1.0,
-                Way::Blocked => 0.0,
+            let reached = match way {
+                Way::Clear => continue,
+                Way::Blocked => false,
                 Way::Glass => {
                     scene.glass_along::<K>(ray, hits);
-                    transmittance::<K>(scene, *ray, media, hits)
+                    true
                 }
-                Way::Unknown if scene.blocked::<K>(ray, hits) => 0.0,
-                Way::Unknown => transmittance::<K>(scene, *ray, media, hits),
+                Way::Unknown => !scene.blocked::<K>(ray, hits),
             };
+            if !reached {
+                beam.part = 0.0;
+            } else if !hits.is_empty() {
+                let media = media[self.surfaces[beam.surface as usize].index as usize];
+                beam.part = transmittance::<K>(scene, *ray, media, hits);
+            }
         }
     }
 }
 
 /// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: the
 /// first with each object that may let light through; the others are not in the way.
+#[inline(never)]
 fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
     let mut part = 1.0;
     while part > 0.0 {
-        let Some(&hit) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };
-        part *= pass::<K>(scene, &mut ray, &hit, &mut media);
-        // On to the next hits with the objects that are passed.
+        let Some(&first) = hits.iter().reduce(|best, hit| if hit.beats(best) { hit } else { best }) else { break };
+        let (passed, entering) = pass::<K>(scene, &mut ray, &first, &mut media);
+        part *= passed;
+        // On to the next hits with the objects that are passed. What is convex is left for good.
         hits.retain_mut(|hit| {
-            let next = if hit.t > ray.t_min {
-                Some(*hit)
+            let object = &scene.objects()[hit.object as usize];
+            if hit.t > ray.t_min {
+                true
+            } else if K::CONSERVATIVE && !entering && hit.object == first.object && object.is_convex() {
+                false
+            } else if let Some(next) = object.intersect::<K>(&ray, hit.object) {
+                *hit = next;
+                true
             } else {
-                scene.objects()[hit.object as usize].intersect::<K>(&ray, hit.object)
-            };
-            next.map(|next| *hit = next).is_some()
+                false
+            }
         });
     }
     part
 }
 
-/// The part of the light that gets through what a shadow ray meets. The same ray goes on behind the hit: nothing is computed
-/// anew, so nothing is met twice or skipped.
-fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> f64 {
-    if scene.materials[scene.material_of(hit.object, hit.primitive) as usize].transmit == 0.0 {
-        return 0.0;
+/// The part of the light that gets through what a shadow ray meets, and whether that is the way into a body. The same ray goes on
+/// behind the hit: nothing is computed anew, so nothing is met twice or skipped.
+fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> (f64, bool) {
+    let material = scene.material_of(hit.object, hit.primitive);
+    if scene.materials[material as usize].transmit == 0.0 {
+        return (0.0, true);
     }
-    let interaction = scene.interaction::<K>(ray, hit);
-    let slack = slack(ray, hit, &interaction);
-    let (beyond, part) = match cross::<K>(scene, ray, hit, &interaction, media, slack) {
-        Crossing::Opaque(_) => return 0.0,
-        Crossing::Nothing(beyond) => (beyond, 1.0),
-        Crossing::Surface(beyond, transmit) => (beyond, transmit),
+    let facet = scene.facet::<K>(ray, hit);
+    let slack = slack(ray, hit, facet.normal, facet.point_error);
+    let part = match cross::<K>(scene, ray, hit, (material, facet.entering), media, slack) {
+        Crossing::Opaque(_) => 0.0,
+        Crossing::Nothing => 1.0,
+        Crossing::Surface(transmit) => transmit,
     };
     ray.t_min = hit.t + slack;
-    *media = beyond;
-    part
+    (part, facet.entering)
 }

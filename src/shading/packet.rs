@@ -3,7 +3,7 @@
 use super::tail::Tail;
 use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
-use crate::scene::{MediumStack, PacketScratch, Way};
+use crate::scene::{MediumStack, PacketScratch, Surfaces, Way};
 use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
@@ -13,6 +13,7 @@ pub struct Scratch<R = ()> {
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
     pub(super) packets: PacketScratch,
+    pub(super) surfaces: Surfaces,
     /// One a sample.
     pub(super) tails: Vec<Tail>,
     /// Hears what is traced.
@@ -40,18 +41,27 @@ pub(super) struct Level {
     /// The transparent bodies that each ray starts in; empty in scenes without.
     pub media: Vec<MediumStack>,
     pub hits: Vec<Option<Hit>>,
+    /// The transparent bodies behind the surface that each ray ends on, if light gets there; empty in scenes without.
+    pub beyond: Vec<Option<MediumStack>>,
+    /// Numbers of the rays that end on surfaces which light goes on from.
+    pub onward: Vec<u32>,
     /// Radiance along each ray, as far as it is known.
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
     pub refracted: Branches,
+    /// Numbers of branches in the order that they are taken in.
+    order: Vec<u32>,
 }
 
 /// Rays that go on from a packet.
 #[derive(Debug, Default)]
 pub(super) struct Branches {
-    pub rays: Vec<(Ray, Path)>,
+    rays: Vec<Ray>,
+    paths: Vec<Path>,
     /// As in [`Level::media`].
-    pub media: Vec<MediumStack>,
+    media: Vec<MediumStack>,
+    /// How many rays there are of each octant.
+    octants: [usize; 8],
 }
 
 /// Surfaces that a packet of rays meets, and the light that falls on them.
@@ -111,6 +121,7 @@ impl<R> Scratch<R> {
             levels: Vec::new(),
             lighting: Lighting::default(),
             packets: PacketScratch::default(),
+            surfaces: Surfaces::default(),
             tails: Vec::new(),
             recorder,
         }
@@ -128,36 +139,46 @@ impl Level {
     /// Takes all branches as its packet. Rays of one octant of directions come together, so that they stay together in
     /// the tree.
     pub fn take(&mut self, branches: &mut Branches) {
-        let Branches { rays, media } = branches;
-        let octant = |ray: &Ray| ray.direction.is_negative_bitmask() as usize;
-        let mut starts = [0; 8];
-        for (ray, _) in rays.iter() {
-            starts[octant(ray)] += 1;
-        }
-        let mut sum = 0;
-        for start in &mut starts {
-            sum += std::mem::replace(start, sum);
-        }
         self.clear();
-        let Some(&(ray, path)) = rays.first() else { return };
-        self.rays.resize(rays.len(), ray);
-        self.paths.resize(rays.len(), path);
-        self.media.resize(media.len(), MediumStack::default());
-        for (k, (ray, path)) in rays.iter().enumerate() {
-            let start = &mut starts[octant(ray)];
-            (self.rays[*start], self.paths[*start]) = (*ray, *path);
-            if let Some(media) = media.get(k) {
-                self.media[*start] = *media;
+        if branches.octants.contains(&branches.rays.len()) {
+            // In order as they are. (Changing places with them would let both grow again and again.)
+            self.rays.extend_from_slice(&branches.rays);
+            self.paths.extend_from_slice(&branches.paths);
+            self.media.extend_from_slice(&branches.media);
+        } else {
+            let mut starts = branches.octants;
+            let mut sum = 0;
+            for start in &mut starts {
+                sum += std::mem::replace(start, sum);
             }
-            *start += 1;
+            self.order.clear();
+            self.order.resize(branches.rays.len(), 0);
+            for (number, ray) in (0..).zip(&branches.rays) {
+                let start = &mut starts[octant(ray)];
+                self.order[*start] = number;
+                *start += 1;
+            }
+            let order = self.order.iter().map(|&number| number as usize);
+            self.rays.extend(order.clone().map(|number| branches.rays[number]));
+            self.paths.extend(order.clone().map(|number| branches.paths[number]));
+            if !branches.media.is_empty() {
+                self.media.extend(order.map(|number| branches.media[number]));
+            }
         }
         branches.clear();
     }
 }
 
+/// Which of the eight octants of directions a ray runs in.
+fn octant(ray: &Ray) -> usize {
+    ray.direction.is_negative_bitmask() as usize
+}
+
 impl Branches {
     pub fn push(&mut self, ray: Ray, path: Path, media: Option<&MediumStack>) {
-        self.rays.push((ray, path));
+        self.octants[octant(&ray)] += 1;
+        self.rays.push(ray);
+        self.paths.push(path);
         self.media.extend(media);
     }
 
@@ -165,18 +186,25 @@ impl Branches {
     pub fn retain(&mut self, mut worth_it: impl FnMut(&Path) -> bool) {
         let mut kept = 0;
         for k in 0..self.rays.len() {
-            if worth_it(&self.rays[k].1) {
-                self.rays[kept] = self.rays[k];
-                self.media[kept] = self.media[k];
+            if worth_it(&self.paths[k]) {
+                if kept < k {
+                    (self.rays[kept], self.paths[kept]) = (self.rays[k], self.paths[k]);
+                    self.media[kept] = self.media[k];
+                }
                 kept += 1;
+            } else {
+                self.octants[octant(&self.rays[k])] -= 1;
             }
         }
         self.rays.truncate(kept);
+        self.paths.truncate(kept);
         self.media.truncate(kept);
     }
 
     fn clear(&mut self) {
         self.rays.clear();
+        self.paths.clear();
         self.media.clear();
+        self.octants = [0; 8];
     }
 }

@@ -136,7 +136,7 @@ fn first_hit<K: TreeKernels, const PROBE: u8>(scene: &Scene, point: DVec2) -> Rg
         }
         DEPTH => Rgb::grey(hit.t),
         UV => {
-            let uv = scene.uv(&interaction);
+            let uv = scene.uv(&hit, interaction.point);
             Rgb::new(uv.x.rem_euclid(1.0), uv.y.rem_euclid(1.0), 1.0)
         }
         OBJECT => Rgb::grey(f64::from(scene.objects()[hit.object as usize].source) + 1.0),

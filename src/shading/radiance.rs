@@ -9,9 +9,9 @@ use super::sample::{RayCounts, Sample};
 use super::sampler::terms;
 use super::tail::Tail;
 use crate::bvh::TreeKernels;
-use crate::geometry::{Hit, Ray, SurfaceInteraction, reflect};
+use crate::geometry::{Ray, SurfaceInteraction, reflect};
 use crate::math::Rgb;
-use crate::scene::{MediumStack, PacketScratch, Scene};
+use crate::scene::{MOST_SURFACES, MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,7 +24,22 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    let Scratch { levels, lighting, packets, tails, recorder } = scratch;
+    for (points, samples) in points.chunks(MOST_SURFACES).zip(samples.chunks_mut(MOST_SURFACES)) {
+        trace_packet::<K, TERMS, R>(scene, points, samples, counts, scratch, stop);
+    }
+}
+
+/// The same for no more samples than there is room for their surfaces. Every ray sends on one of a kind at most, so that no
+/// packet that follows is larger than the first.
+fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
+    scene: &Scene,
+    points: &[DVec2],
+    samples: &mut [Sample],
+    counts: &mut RayCounts,
+    scratch: &mut Scratch<R>,
+    stop: &AtomicBool,
+) {
+    let Scratch { levels, lighting, packets, surfaces, tails, recorder } = scratch;
     let depths = if TERMS & terms::MIRRORS != 0 { scene.render.max_depth as usize + 1 } else { 1 };
     if levels.len() < depths {
         levels.resize_with(depths, Level::default);
@@ -50,7 +65,7 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
         first.paths.push(Path { sample, parent: 0, share: 1.0, weight: 1.0 });
     }
     counts.camera += points.len() as u64;
-    let mut tracer = Tracer { scene, samples, counts, lighting, packets, tails, recorder, stop };
+    let mut tracer = Tracer { scene, samples, counts, lighting, packets, surfaces, tails, recorder, stop };
     tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
     tracer.recorder.end(&levels[0]);
@@ -74,6 +89,7 @@ struct Tracer<'a, R> {
     counts: &'a mut RayCounts,
     lighting: &'a mut Lighting,
     packets: &'a mut PacketScratch,
+    surfaces: &'a mut Surfaces,
     /// Empty if nothing that matters is cut.
     tails: &'a mut [Tail],
     recorder: &'a mut R,
@@ -85,7 +101,7 @@ impl<R: Recorder> Tracer<'_, R> {
     /// for what follows.
     fn radiance<K: TreeKernels, const TERMS: u8>(&mut self, levels: &mut [Level], depth: u32) {
         let Some((level, deeper)) = levels.split_first_mut() else { return };
-        level.sums.clear();
+        // Each is written when its ray ends.
         level.sums.resize(level.rays.len(), Rgb::BLACK);
         if level.rays.is_empty() || self.stop.load(Ordering::Relaxed) {
             return;
@@ -93,8 +109,13 @@ impl<R: Recorder> Tracer<'_, R> {
         level.hits.resize(level.rays.len(), None);
         self.scene.intersect_packet::<K>(&level.rays, &mut level.hits, self.packets);
         self.lighting.surfaces.clear();
-        for index in 0..level.rays.len() {
-            self.meet::<K, TERMS>(level, index, depth);
+        self.scene.surfaces::<K>(&level.rays, &level.hits, self.surfaces);
+        if TERMS & terms::GLASS != 0 {
+            self.cross_glass::<K>(level);
+        }
+        self.meet::<TERMS>(level, depth);
+        if TERMS & terms::MIRRORS != 0 {
+            self.branch::<K, TERMS>(level, depth);
         }
         self.counts.shadow +=
             add_lights::<K, TERMS, R>(self.scene, self.lighting, level, self.packets, self.recorder, self.stop);
@@ -135,76 +156,110 @@ impl<R: Recorder> Tracer<'_, R> {
         }
     }
 
-    /// Shades one ray of a packet as far as it can be done alone: background or ambient light, and the rays that go on.
-    fn meet<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, index: usize, depth: u32) {
+    /// Finds out what is behind the transparent surfaces of a packet, and takes its rays past those that change nothing.
+    #[inline(never)]
+    fn cross_glass<K: TreeKernels>(&mut self, level: &mut Level) {
         let scene = self.scene;
-        let mut ray = level.rays[index];
-        let mut beyond = None;
-        let met = match level.hits[index] {
-            Some(hit) if TERMS & terms::GLASS != 0 => {
-                surface::<K, R>(scene, &mut ray, hit, &mut level.media[index], &mut beyond, self.recorder)
+        level.beyond.clear();
+        level.beyond.resize(level.rays.len(), None);
+        for index in 0..level.rays.len() {
+            let mut overfull = level.media[index].is_overfull();
+            if let Some(hit) = level.hits[index]
+                && scene.materials[scene.material_of(hit.object, hit.primitive) as usize].transmit != 0.0
+            {
+                let mut interaction = self.surfaces.get(scene, index, &hit);
+                let (mut ray, media) = (level.rays[index], &mut level.media[index]);
+                let beyond = &mut level.beyond[index];
+                if surface::<K, R>(scene, &mut ray, &mut interaction, media, beyond, self.recorder) {
+                    level.hits[index] = Some(interaction.hit);
+                    self.surfaces.set(index, &interaction);
+                } else {
+                    level.hits[index] = None;
+                }
+                overfull = media.is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
             }
-            hit => hit.map(|hit| scene.interaction::<K>(&ray, &hit)),
-        };
-        if TERMS & terms::GLASS != 0 {
-            let overfull = level.media[index].is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
             self.samples[level.paths[index].sample as usize].overfull |= overfull;
         }
-        let Some(interaction) = met else {
-            level.sums[index] = scene.background(ray.direction);
-            self.samples[level.paths[index].sample as usize].cost += 1;
-            return;
-        };
-        let material = &scene.materials[interaction.material as usize];
-        let Path { sample, weight, .. } = level.paths[index];
-        self.samples[sample as usize].meet(&interaction, depth, scene.lights.len());
-        let side = if interaction.entering { 1.0 } else { -1.0 };
-        let normal = interaction.shading_normal * side;
-        let color = material.color(|| scene.uv(&interaction));
-        let ambient = scene.world.ambient * color * material.ambient;
-        self.recorder.meet(scene, &interaction, color, ambient, beyond.as_ref());
-        level.sums[index] = ambient;
-        let index = index as u32;
-        if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
-            self.lighting.surfaces.push(Surface {
-                index,
-                material: interaction.material,
-                point: interaction.point,
-                shadow_start: interaction.shadow_start(),
-                normal,
-                view: -ray.direction,
-                color,
-            });
+    }
+
+    /// Shades the rays of a packet as far as each can be done alone: background or ambient light.
+    #[inline(never)]
+    fn meet<const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
+        let scene = self.scene;
+        for index in 0..level.rays.len() {
+            let direction = level.rays[index].direction;
+            let sample = &mut self.samples[level.paths[index].sample as usize];
+            let Some(hit) = level.hits[index] else {
+                level.sums[index] = scene.background(direction);
+                sample.cost += 1;
+                continue;
+            };
+            let interaction = self.surfaces.get(scene, index, &hit);
+            let material = &scene.materials[interaction.material as usize];
+            sample.meet(&interaction, depth, scene.lights.len());
+            let color = material.color(|| scene.uv(&hit, interaction.point));
+            let ambient = scene.world.ambient * color * material.ambient;
+            let beyond = level.beyond.get(index).and_then(Option::as_ref);
+            self.recorder.meet(scene, &interaction, color, ambient, beyond);
+            level.sums[index] = ambient;
+            if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
+                self.lighting.surfaces.push(Surface {
+                    index: index as u32,
+                    material: interaction.material,
+                    point: interaction.point,
+                    shadow_start: interaction.shadow_start(),
+                    normal: interaction.shading_normal * interaction.side(),
+                    view: -direction,
+                    color,
+                });
+            }
+            if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
+                level.onward.push(index as u32);
+            }
         }
-        if TERMS & terms::MIRRORS == 0 || (material.reflect == 0.0 && material.transmit == 0.0) {
-            return;
+    }
+
+    /// Sends on mirrored and refracted rays from the surfaces of a packet.
+    #[inline(never)]
+    fn branch<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
+        let scene = self.scene;
+        let mut onward = std::mem::take(&mut level.onward);
+        for index in onward.drain(..) {
+            let number = index as usize;
+            let (ray, Path { sample, weight, .. }) = (&level.rays[number], level.paths[number]);
+            let Some(hit) = level.hits[number] else { continue };
+            let interaction = self.surfaces.get(scene, number, &hit);
+            let material = &scene.materials[interaction.material as usize];
+            if let Some(tail) = self.tails.get_mut(sample as usize) {
+                tail.send_on(material.reflect + material.transmit);
+            }
+            if depth >= scene.render.max_depth {
+                let weight = weight * (material.reflect + material.transmit);
+                self.samples[sample as usize].cut += weight;
+                self.recorder.cut(Cut { kind: None, weight, depth: true });
+                continue;
+            }
+            let media = level.media.get(number);
+            let outside = media.map_or(scene.world.ior, |media| media.ior(scene));
+            let beyond = if TERMS & terms::GLASS != 0 { level.beyond[number].as_ref() } else { None };
+            let eta = beyond.map(|beyond| outside / beyond.ior(scene));
+            let (normal, facet) =
+                (interaction.shading_normal * interaction.side(), interaction.geometric_normal * interaction.side());
+            let Split { normal, reflect: mirrored, transmit } =
+                split::<K>(material, ray, normal, facet, (outside, eta), interaction.entering);
+            // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without end.
+            let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
+            let path = |share: f64| Path { sample, parent: index, share, weight: weight * (share / gain) };
+            let onward = path(mirrored);
+            if self.worth_it(&onward, RayKind::Reflection) {
+                let direction = reflect(ray.direction, normal, facet);
+                level.reflected.push(interaction.spawn_ray::<K>(direction), onward, media);
+            }
+            if let (Some((share, direction)), Some(beyond)) = (transmit, beyond) {
+                level.refracted.push(interaction.spawn_ray::<K>(direction), path(share), Some(beyond));
+            }
         }
-        if let Some(tail) = self.tails.get_mut(sample as usize) {
-            tail.send_on(material.reflect + material.transmit);
-        }
-        if depth >= scene.render.max_depth {
-            let weight = weight * (material.reflect + material.transmit);
-            self.samples[sample as usize].cut += weight;
-            self.recorder.cut(Cut { kind: None, weight, depth: true });
-            return;
-        }
-        let media = level.media.get(index as usize);
-        let outside = media.map_or(scene.world.ior, |media| media.ior(scene));
-        let eta = beyond.map(|beyond| outside / beyond.ior(scene));
-        let facet = interaction.geometric_normal * side;
-        let Split { normal, reflect: mirrored, transmit } =
-            split::<K>(material, &ray, normal, facet, (outside, eta), interaction.entering);
-        // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without end.
-        let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
-        let path = |share: f64| Path { sample, parent: index, share, weight: weight * (share / gain) };
-        let onward = path(mirrored);
-        if self.worth_it(&onward, RayKind::Reflection) {
-            let direction = reflect(ray.direction, normal, facet);
-            level.reflected.push(interaction.spawn_ray::<K>(direction), onward, media);
-        }
-        if let (Some((share, direction)), Some(beyond)) = (transmit, beyond) {
-            level.refracted.push(interaction.spawn_ray::<K>(direction), path(share), Some(&beyond));
-        }
+        level.onward = onward;
     }
 
     /// Whether a path is worth following; if not, its weight is noted.
@@ -221,35 +276,37 @@ impl<R: Recorder> Tracer<'_, R> {
     }
 }
 
-/// The surface that a ray ends on, past those that change nothing; `beyond` gets the media behind it, if light gets there. `ray`
-/// and `media` are brought to where the ray arrives at it.
+/// Takes a ray on to the surface that it ends on, past those that change nothing; `beyond` gets the media behind that, if light gets
+/// there. `ray`, `interaction` and `media` are brought to where the ray arrives. Whether there is such a surface.
 fn surface<K: TreeKernels, R: Recorder>(
     scene: &Scene,
     ray: &mut Ray,
-    mut hit: Hit,
+    interaction: &mut SurfaceInteraction,
     media: &mut MediumStack,
     beyond: &mut Option<MediumStack>,
     recorder: &mut R,
-) -> Option<SurfaceInteraction> {
-    loop {
-        let interaction = scene.interaction::<K>(ray, &hit);
-        if scene.materials[interaction.material as usize].transmit == 0.0 {
-            return Some(interaction);
-        }
-        let slack = slack(ray, &hit, &interaction);
-        match cross::<K>(scene, ray, &hit, &interaction, media, slack) {
-            Crossing::Opaque(hit) => return Some(scene.interaction::<K>(ray, &hit)),
-            Crossing::Surface(behind, _) => {
-                *beyond = Some(behind);
-                return Some(interaction);
+) -> bool {
+    while scene.materials[interaction.material as usize].transmit != 0.0 {
+        let SurfaceInteraction { hit, geometric_normal, point_error, material, entering, .. } = *interaction;
+        let slack = slack(ray, &hit, geometric_normal, point_error);
+        let behind = beyond.insert(*media);
+        match cross::<K>(scene, ray, &hit, (material, entering), behind, slack) {
+            Crossing::Opaque(hit) => {
+                *beyond = None;
+                *interaction = scene.interaction::<K>(ray, &hit);
+                return true;
             }
-            Crossing::Nothing(behind) => {
+            Crossing::Surface(_) => return true,
+            Crossing::Nothing => {
                 recorder.pass(scene, &hit);
                 // On with the same ray: nothing is computed anew.
                 ray.t_min = hit.t + slack;
-                *media = behind;
-                hit = scene.intersect::<K>(ray)?;
+                *media = *behind;
+                *beyond = None;
+                let Some(hit) = scene.intersect::<K>(ray) else { return false };
+                *interaction = scene.interaction::<K>(ray, &hit);
             }
         }
     }
+    true
 }

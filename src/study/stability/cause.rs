@@ -96,7 +96,9 @@ pub fn parting<A: TreeKernels, K: TreeKernels>(a: Side, b: Side, depth: u32) -> 
     let mut beyond = None;
     if material.transmit > 0.0 {
         let behind = |side: &Side, on: &SurfaceInteraction| {
-            side.media.crossed(side.scene, on.hit.object, on.material, on.entering)
+            let mut media = side.media;
+            media.cross(side.scene, on.hit.object, on.material, on.entering);
+            media
         };
         let (behind_a, behind_b) = (behind(&a, &on_a), behind(&b, &on_b));
         if behind_a.filling(a.scene) != behind_b.filling(b.scene)
