@@ -71,6 +71,12 @@ impl Hit {
         self.t * (1.0 + SAME_PLACE)
     }
 
+    /// Whether this hit is in the same place as one with another object, which comes first or not by its number.
+    #[inline(always)]
+    pub fn ties(&self, other: &Hit) -> bool {
+        (self.object != other.object) & ((self.t - other.t).abs() <= other.t * SAME_PLACE)
+    }
+
     /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same object at the
     /// same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is seen, not specks of
     /// both, and the winner does not depend on the order of traversal.
@@ -83,7 +89,7 @@ impl Hit {
     #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
         // Without branches, so that loops over rays become vector code.
-        let same_place = (self.object != other.object) & ((self.t - other.t).abs() <= other.t * SAME_PLACE);
+        let same_place = self.ties(other);
         let before = (self.t < other.t) | ((self.t == other.t) & (self.primitive < other.primitive));
         (same_place & (self.object < other.object)) | (!same_place & before)
     }

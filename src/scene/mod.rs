@@ -4,6 +4,7 @@ mod bound;
 mod camera;
 mod clearance;
 mod compile;
+mod crowd;
 mod front;
 mod leaf;
 mod light;
@@ -31,7 +32,7 @@ pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
 use crate::assets::Image;
-use crate::bvh::{Bvh, BvhStats, Isa};
+use crate::bvh::{BallBlock, Bvh, BvhStats, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
 
@@ -91,6 +92,8 @@ struct Geometry {
     stats: BvhStats,
     /// What is at each position of the tree.
     leaves: Vec<Leaf>,
+    /// Balls, up to eight a leaf.
+    balls: Vec<BallBlock>,
     /// Planes.
     unbounded: Vec<u32>,
     /// How far each object is from all others, where that matters.

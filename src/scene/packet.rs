@@ -11,8 +11,10 @@ use super::front::{
     Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
 };
 use super::{Mesh, Object, Scene, Shape};
-use crate::bvh::{Bvh, PACKET, TreeKernels, TriangleHit};
+use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
+use crate::bvh::{Bvh, PACKET, PacketVisitor, Packets, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
+use std::cell::{Cell, RefCell};
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -42,14 +44,14 @@ pub enum Way {
 }
 
 #[derive(Debug)]
-struct Packet {
-    front: Front,
+pub(super) struct Packet {
+    pub front: Front,
     /// Weights of the corners where the hit is on a mesh.
     corners: [[f64; 2]; CAPACITY],
-    /// Which rays pass the bounding sphere of the object in question.
-    near: [u8; CAPACITY],
-    /// Where they meet the object in question.
-    met: Met,
+    /// Which rays may meet the object in question.
+    pub near: [u8; CAPACITY],
+    /// Where they do.
+    pub met: Met,
 }
 
 impl Packet {
@@ -65,6 +67,7 @@ impl Packet {
                 t: zero,
                 object: none,
                 primitive: none,
+                tied: [0; CAPACITY],
             },
             corners: [[0.0; 2]; CAPACITY],
             near: [0; CAPACITY],
@@ -84,12 +87,12 @@ impl Packet {
                 to.direction[axis][i] = ray.direction[axis];
             }
             (to.t_min[i], to.t_max[i], to.limit[i]) = (ray.t_min, ray.t_max, ray.t_max);
-            (to.t[i], to.object[i], to.primitive[i]) = (f64::INFINITY, u32::MAX, u32::MAX);
+            (to.t[i], to.object[i], to.primitive[i], to.tied[i]) = (f64::INFINITY, u32::MAX, u32::MAX, 0);
         }
         padded
     }
 
-    fn hit(&self, i: usize, objects: &[Object]) -> Option<Hit> {
+    pub fn hit(&self, i: usize, objects: &[Object]) -> Option<Hit> {
         let Front { t, object, primitive, .. } = &self.front;
         let shape = &objects.get(object[i] as usize)?.shape;
         let [u, v] = if let Shape::Mesh(_) = shape { self.corners[i] } else { [0.0; 2] };
@@ -97,12 +100,53 @@ impl Packet {
     }
 
     /// Meets a mesh with the rays that are near, as many at a time as its tree takes.
-    fn meet_mesh<K: TreeKernels, const ANY_HIT: bool>(
+    pub fn meet_mesh<K: TreeKernels, const ANY_HIT: bool>(
         &mut self,
         count: usize,
         index: u32,
         object: &Object,
         mesh: &Mesh,
+    ) {
+        self.near_rays(count, object, |packet, rays, numbers| {
+            if ANY_HIT {
+                mesh.occluded_packet::<K>(rays, |k, occluded| {
+                    if occluded {
+                        (packet.front.object[numbers[k]], packet.front.limit[numbers[k]]) = (index, DONE);
+                    }
+                });
+            } else {
+                mesh.intersect_packet::<K>(rays, |k, hit| {
+                    if let Some(TriangleHit { t, triangle, u, v }) = hit {
+                        packet.offer(numbers[k], Hit { t, object: index, primitive: triangle, u, v });
+                    }
+                });
+            }
+        });
+    }
+
+    /// Tells which of the rays that are near meet a mesh, and ends none.
+    pub fn look_along_mesh<K: TreeKernels>(
+        &mut self,
+        count: usize,
+        object: &Object,
+        mesh: &Mesh,
+        mut meets: impl FnMut(usize),
+    ) {
+        self.near_rays(count, object, |_, rays, numbers| {
+            mesh.occluded_packet::<K>(rays, |k, occluded| {
+                if occluded {
+                    meets(numbers[k]);
+                }
+            });
+        });
+    }
+
+    /// Hands over the rays that are near, in the space of an object, up to [`PACKET`] at a time, each with its number.
+    fn near_rays(
+        &mut self,
+        count: usize,
+        object: &Object,
+        mut take: impl FnMut(&mut Self, &[Ray], &[usize; PACKET]),
     ) {
         let (mut rays, mut numbers) = ([self.front.ray(0); PACKET], [0; PACKET]);
         let mut at = 0;
@@ -115,27 +159,15 @@ impl Packet {
                 }
                 at += 1;
             }
-            let rays = &rays[..size];
-            if ANY_HIT {
-                mesh.occluded_packet::<K>(rays, |k, occluded| {
-                    if occluded {
-                        (self.front.object[numbers[k]], self.front.limit[numbers[k]]) = (index, DONE);
-                    }
-                });
-            } else {
-                mesh.intersect_packet::<K>(rays, |k, hit| {
-                    if let Some(TriangleHit { t, triangle, u, v }) = hit {
-                        self.offer(numbers[k], Hit { t, object: index, primitive: triangle, u, v });
-                    }
-                });
-            }
+            take(self, &rays[..size], &numbers);
         }
     }
 
-    /// Takes a hit of ray `i` with a mesh if it is the best one.
-    fn offer(&mut self, i: usize, hit: Hit) {
+    /// Takes a hit of ray `i` if it is the best one.
+    pub fn offer(&mut self, i: usize, hit: Hit) {
         let best = &mut self.front;
         let old = Hit { t: best.t[i], object: best.object[i], primitive: best.primitive[i], u: 0.0, v: 0.0 };
+        best.tied[i] |= u8::from(hit.ties(&old) & (old.object != u32::MAX));
         if hit.beats(&old) {
             (best.t[i], best.object[i], best.primitive[i]) = (hit.t, hit.object, hit.primitive);
             best.limit[i] = hit.reach().min(best.t_max[i]);
@@ -145,7 +177,7 @@ impl Packet {
 }
 
 /// Finds where a range of rays meets an analytic shape.
-fn meet_shape<K: TreeKernels>(tree: &Bvh, object: &Object, range: Range<usize>, front: &Front, met: &mut Met) {
+pub(super) fn meet_shape<K: TreeKernels>(tree: &Bvh, object: &Object, range: Range<usize>, front: &Front, met: &mut Met) {
     let (inverse, kernels) = (object.map.inverse, PhantomData::<K>);
     match object.shape {
         Shape::Ball { centre, radius } => tree.run(Balls { range, centre, radius, kernels }, front, met),
@@ -160,7 +192,7 @@ fn meet_shape<K: TreeKernels>(tree: &Bvh, object: &Object, range: Range<usize>, 
 }
 
 /// Calls `visit` with the runs of groups in which any ray is marked.
-fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
+pub(super) fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
     let mut start = None;
     for (group, marks) in near.chunks_exact(GROUP).enumerate() {
         match (marks.iter().any(|&mark| mark != 0), start) {
@@ -177,6 +209,11 @@ fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
     }
 }
 
+/// Whether it is worth it, and what rays find does not depend on the way through the tree.
+fn goes_in_crowds<K: TreeKernels>(rays: usize) -> bool {
+    K::PACKETS == Some(Packets::Watertight) && rays >= Crowd::<K, CLOSEST>::LEAST as usize
+}
+
 impl Scene {
     /// For each ray what [`Scene::intersect`] gives, to the last bit but for what [`Packets`](crate::bvh::Packets) says of meshes; quicker
     /// where rays run alike.
@@ -187,8 +224,8 @@ impl Scene {
         scratch: &mut PacketScratch,
     ) {
         if !self.is_simple() {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = self.intersect::<K>(ray);
+            for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
+                self.intersect_crowd::<K>(rays, hits, scratch);
             }
             return;
         }
@@ -208,8 +245,13 @@ impl Scene {
     pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut PacketScratch) {
         if !self.is_simple() {
             let mut last = None;
-            for (ray, occluded) in rays.iter().zip(occluded) {
-                *occluded = self.occluded_again::<K>(ray, &mut last);
+            for (rays, occluded) in rays.chunks(PACKET).zip(occluded.chunks_mut(PACKET)) {
+                let mut left = self.ask_crowd::<K, ANY>(rays, scratch, |i, found| occluded[i] = found.ended);
+                while left != 0 {
+                    let i = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    occluded[i] = self.occluded_again::<K>(&rays[i], &mut last);
+                }
             }
             return;
         }
@@ -223,6 +265,83 @@ impl Scene {
                 *occluded = packet.front.object[i] != u32::MAX;
             }
         }
+    }
+
+    /// [`Scene::intersect_packet`] of up to [`PACKET`] rays through the tree.
+    fn intersect_crowd<K: TreeKernels>(&self, rays: &[Ray], hits: &mut [Option<Hit>], scratch: &mut PacketScratch) {
+        let mut left = u64::MAX >> (PACKET - rays.len());
+        if goes_in_crowds::<K>(rays.len()) {
+            let packet = scratch.room.get_or_insert_with(Packet::new);
+            let mut shortened = [rays[0]; PACKET];
+            let shortened = &mut shortened[..rays.len()];
+            shortened.copy_from_slice(rays);
+            hits.fill(None);
+            if !self.geometry.unbounded.is_empty() {
+                let count = packet.load(rays);
+                for &plane in &self.geometry.unbounded {
+                    self.meet::<K, false>(packet, count, plane, &self.objects()[plane as usize]);
+                }
+                for (i, (ray, hit)) in shortened.iter_mut().zip(hits.iter_mut()).enumerate() {
+                    ray.t_max = packet.front.limit[i];
+                    *hit = packet.hit(i, self.objects());
+                }
+            }
+            let hits = Cell::from_mut(&mut *hits).as_slice_of_cells();
+            let source = Source { scene: self, hits, room: RefCell::new(packet) };
+            let mut tied = 0;
+            left = self.geometry.tree.traverse_packet::<Crowd<K, CLOSEST>>(shortened, &source, &mut |i, found: Found| {
+                hits[i].set(found.hit);
+                tied |= u64::from(found.tied) << i;
+            });
+            left |= tied;
+        }
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            hits[i] = self.intersect::<K>(&rays[i]);
+        }
+    }
+
+    /// Looks for anything in the way of up to [`PACKET`] rays. Returns those that are left, a bit each.
+    fn ask_crowd<K: TreeKernels, const SEARCH: u8>(
+        &self,
+        rays: &[Ray],
+        scratch: &mut PacketScratch,
+        mut take: impl FnMut(usize, Found),
+    ) -> u64 {
+        let mut left = u64::MAX >> (PACKET - rays.len());
+        if !goes_in_crowds::<K>(rays.len()) {
+            return left;
+        }
+        let packet = scratch.room.get_or_insert_with(Packet::new);
+        // Rays that a plane ends go no further.
+        let (mut open, mut numbers, mut size) = ([rays[0]; PACKET], [0; PACKET], 0);
+        if !self.geometry.unbounded.is_empty() {
+            let count = packet.load(rays);
+            for &plane in self.geometry.unbounded.iter().filter(|plane| SEARCH == ANY || !self.may_transmit(**plane)) {
+                self.meet::<K, true>(packet, count, plane, &self.objects()[plane as usize]);
+            }
+        }
+        let mut glass = 0;
+        for (i, ray) in rays.iter().enumerate() {
+            if !self.geometry.unbounded.is_empty() && packet.front.object[i] != u32::MAX {
+                take(i, Found { hit: None, tied: false, ended: true, glass: false });
+                left &= !(1 << i);
+                continue;
+            }
+            let through = |plane: &u32| self.may_transmit(*plane) && self.objects()[*plane as usize].occluded::<K>(ray);
+            glass |= u64::from(SEARCH == OPAQUE && self.geometry.unbounded.iter().any(through)) << i;
+            (open[size], numbers[size]) = (*ray, i);
+            size += 1;
+        }
+        let source = Source { scene: self, hits: &[], room: RefCell::new(packet) };
+        let alone = self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>>(&open[..size], &source, &mut |k, found| {
+            let i: usize = numbers[k];
+            take(i, Found { glass: found.glass || glass >> i & 1 != 0, ..found });
+            left &= !(1 << i);
+        });
+        debug_assert_eq!(alone.count_ones(), left.count_ones());
+        left
     }
 
     /// Whether a ray meets anything, asked first of the object that was last in the way of one like it. Where what is found depends
@@ -241,6 +360,15 @@ impl Scene {
     pub fn look_along_packet<K: TreeKernels>(&self, rays: &[Ray], ways: &mut [Way], scratch: &mut PacketScratch) {
         if !self.is_simple() {
             ways.fill(Way::Unknown);
+            for (rays, ways) in rays.chunks(PACKET).zip(ways.chunks_mut(PACKET)) {
+                self.ask_crowd::<K, OPAQUE>(rays, scratch, |i, found| {
+                    ways[i] = match found {
+                        Found { ended: true, .. } => Way::Blocked,
+                        Found { glass: true, .. } => Way::Glass,
+                        _ => Way::Clear,
+                    };
+                });
+            }
             return;
         }
         let packet = scratch.room.get_or_insert_with(Packet::new);
