@@ -1,6 +1,5 @@
 //! The presets of arithmetic, as far as trees are concerned.
 
-use super::balls::{BallTest, EveryBall, PaddedBalls, PlainBalls};
 use super::simd::{Lanes, SlabLanes};
 use super::triangles::{BlockTest, MoellerTrumboreTest, PlainWoopTest, WatertightTest};
 use crate::geometry::{Classic, Fast, Kernels, PaddedSlab, PlainSlab, Ray, Reference, Robust, Slab, WideSlab};
@@ -11,8 +10,6 @@ pub trait TreeKernels: Kernels {
     type Boxes: BoxTest;
     /// Blocks of eight triangles.
     type Triangles: BlockTest;
-    /// Blocks of eight balls.
-    type Balls: BallTest;
     /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
     /// through the tree then.
     const CONSERVATIVE: bool;
@@ -33,7 +30,6 @@ pub enum Packets {
 impl TreeKernels for Robust {
     type Boxes = PaddedSlab;
     type Triangles = WatertightTest;
-    type Balls = PaddedBalls;
     const CONSERVATIVE: bool = true;
     const PACKETS: Option<Packets> = Some(Packets::Watertight);
 }
@@ -41,14 +37,12 @@ impl TreeKernels for Robust {
 impl TreeKernels for Reference {
     type Boxes = WideSlab;
     type Triangles = PlainWoopTest;
-    type Balls = EveryBall;
     const CONSERVATIVE: bool = true;
 }
 
 impl TreeKernels for Fast {
     type Boxes = PlainSlab;
     type Triangles = MoellerTrumboreTest<false>;
-    type Balls = PlainBalls;
     const CONSERVATIVE: bool = false;
     const PACKETS: Option<Packets> = Some(Packets::MoellerTrumbore);
 }
@@ -56,7 +50,6 @@ impl TreeKernels for Fast {
 impl TreeKernels for Classic {
     type Boxes = PlainSlab;
     type Triangles = MoellerTrumboreTest<true>;
-    type Balls = PlainBalls;
     const CONSERVATIVE: bool = false;
 }
 

@@ -18,10 +18,10 @@ mod simd;
 mod split;
 mod triangles;
 
-pub use balls::{BallBlock, BallRays, BallTest};
+pub use balls::{BallRays, Near};
 pub use kernels::{BoxTest, Packets, TreeKernels};
 pub use simd::{
-    Beam, Counted, Doubles, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, Slabs, Task, Together, Wide,
+    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, Slabs, Task, Together, Wide,
 };
 pub use triangles::{BlockTest, TriangleBlock, TriangleHit, Triangles};
 

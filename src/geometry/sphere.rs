@@ -12,6 +12,9 @@ use std::f64::consts::PI;
 /// from afar is first advanced to its closest approach.
 #[inline(always)]
 pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
+    if leaves_sphere(ray, centre, radius) {
+        return None;
+    }
     let d = ray.direction;
     let a = d.length_squared();
     let mut f = ray.origin - centre;
@@ -31,6 +34,18 @@ pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
     let (near, far) = super::quadratic::roots(a, b, c, (a * disc).sqrt());
     let (near, far) = (near + t0, far + t0);
     if ray.contains(near) { Some(near) } else { (near <= ray.t_min && ray.contains(far)).then_some(far) }
+}
+
+/// Whether a ray starts outside of a sphere and goes away from it, as most rays do from the ball that they come from. With b and c (below)
+/// not negative both roots are negative or 0, as they are computed too: roots and sums of squares are monotone, and the factor is more than
+/// their rounding.
+#[inline(always)]
+pub fn leaves_sphere(ray: &Ray, centre: DVec3, radius: f64) -> bool {
+    let f = ray.origin - centre;
+    let f2 = f.length_squared();
+    // Those that are far away are advanced first.
+    let near = f2 <= 64.0 * radius * radius;
+    near & (f2 >= radius * radius * (1.0 + 8.0 * f64::EPSILON)) & (f.dot(ray.direction) >= 0.0) & (ray.t_min >= 0.0)
 }
 
 /// The school formula in f32.

@@ -24,10 +24,11 @@ impl Geometry {
         let pad = Vec3::splat(clearance as f32);
         let around = Aabb { lower: bounds.lower - pad, upper: bounds.upper + pad };
         self.tree.overlapping(&around, |block| {
-            for other in self.leaves[block as usize].objects(&self.balls).filter(|&other| other != index) {
-                if let Some(other) = self.objects[other as usize].bounds() {
-                    clearance = clearance.min(bounds.distance(&other));
-                }
+            let other = self.leaves[block as usize].object;
+            if other != index
+                && let Some(other) = self.objects[other as usize].bounds()
+            {
+                clearance = clearance.min(bounds.distance(&other));
             }
             clearance == 0.0
         });

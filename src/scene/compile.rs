@@ -8,7 +8,7 @@ use super::{
     Summary, Texture,
 };
 use crate::assets::{AssetError, Model, load_images, load_obj};
-use crate::bvh::{BallBlock, Bvh, BvhStats, EMPTY_SLOT, Isa};
+use crate::bvh::{Bvh, Isa};
 use crate::description::{
     MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc, Target, TextureDesc, TextureSource, builtin, printable,
 };
@@ -159,10 +159,12 @@ fn compile_with(
         assets,
         eye_media: MediumStack::default(),
         transmitting: Vec::new(),
+        has_blockers: true,
     };
     if scene.has_media {
         let objects = 0..scene.objects().len() as u32;
         scene.transmitting = objects.map(|object| scene.transmits(object)).collect();
+        scene.has_blockers = scene.geometry.leaves.iter().any(|leaf| !scene.may_transmit(leaf.object));
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }
@@ -322,39 +324,28 @@ impl Geometry {
             place(source, index, &loaded.assets, &mut objects)
                 .ok_or_else(|| CompileError::Singular { object: part(index, &source.name) })?;
         }
-        let (mut round, mut boxes, mut leaves, mut unbounded) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut boxes, mut of_box, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         for (index, object) in (0u32..).zip(&objects) {
             match (object.bounds(), &object.shape) {
-                (Some(bounds), Shape::Ball { centre, radius }) => round.push((bounds, (index, *centre, *radius))),
                 (Some(bounds), _) => {
                     boxes.push(bounds);
-                    leaves.push(Leaf::Object(index));
+                    of_box.push(index);
                 }
                 (None, Shape::Plane) => unbounded.push(index),
                 (None, _) => {} // A mesh without triangles.
             }
         }
-        let bounded = round.len() + boxes.len();
-        // A tree of their own tells which balls make a block; then blocks stand beside the other objects.
-        let (_, slots) = Bvh::build(round.len(), |i| round[i].0, 8, isa, threads());
-        let blocks: Vec<Vec<_>> = slots
-            .chunks(8)
-            .map(|block| block.iter().filter(|&&at| at != EMPTY_SLOT).map(|&at| round[at as usize]).collect())
-            .collect();
-        boxes.extend(blocks.iter().map(|block| block.iter().fold(Aabb::EMPTY, |all, (bounds, _)| all.union(*bounds))));
-        leaves.extend((0..blocks.len() as u32).map(Leaf::Balls));
         let (tree, slots) = Bvh::build(boxes.len(), |i| boxes[i], 1, isa, threads());
-        let leaves: Vec<Leaf> = slots.iter().map(|&at| leaves[at as usize]).collect();
-        let balls = blocks.into_iter().map(|block| BallBlock::new(block.into_iter().map(|(_, ball)| ball))).collect();
+        let leaf = |index: u32| Leaf::new(index, &objects[index as usize]);
+        let leaves = slots.iter().map(|&at| leaf(of_box[at as usize])).collect();
         let spheres = objects.iter().map(Object::bounding_sphere).collect();
-        let stats = BvhStats { primitives: bounded, ..tree.stats() };
+        let stats = tree.stats();
         Ok(Self {
             sources: sources.to_vec(),
             objects,
             tree,
             stats,
             leaves,
-            balls,
             unbounded,
             spheres,
             clearances: OnceLock::new(),

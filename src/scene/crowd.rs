@@ -11,10 +11,10 @@ use super::front::{DONE, Keep};
 use super::leaf::Leaf;
 use super::packet::{Packet, meet_shape, runs};
 use super::{Scene, Shape};
-use crate::bvh::{BallBlock, BallRays, Beam, Ends, PACKET, PacketVisitor, Slabs, Together, TreeKernels, Wide};
-use crate::geometry::{Hit, Ray};
+use crate::bvh::{BallRays, Beam, Ends, PACKET, PacketVisitor, Slabs, Together, TreeKernels, Wide};
+use crate::geometry::{Hit, Ray, leaves_sphere};
 use glam::DVec3;
-use std::cell::{Cell, RefCell, RefMut};
+use std::cell::{RefCell, RefMut};
 use std::marker::PhantomData;
 
 /// The closest hit is looked for.
@@ -27,8 +27,6 @@ pub(super) const OPAQUE: u8 = 2;
 /// What rays are traced with.
 pub(super) struct Source<'a> {
     pub scene: &'a Scene,
-    /// The best hits so far, by the numbers of the rays.
-    pub hits: &'a [Cell<Option<Hit>>],
     pub room: RefCell<&'a mut Packet>,
 }
 
@@ -47,7 +45,6 @@ pub(super) struct Found {
 /// A packet on its way.
 pub(super) struct Crowd<'a, K, const SEARCH: u8> {
     scene: &'a Scene,
-    hits: &'a [Cell<Option<Hit>>],
     /// The rays, in the order of the packet.
     room: RefMut<'a, &'a mut Packet>,
     balls: BallRays,
@@ -59,8 +56,20 @@ pub(super) struct Crowd<'a, K, const SEARCH: u8> {
 /// More than rounding to f32 takes away.
 const LONGER: f64 = 1.0 + 4.0 / 16_777_216.0;
 
+/// Rays that start farther apart than this part of the tree's extent share little of it.
+const APART: f64 = 0.2;
+
 /// So many rays of eight meet a ball one after the other.
 const ALONE: u32 = 2;
+
+/// Calls `visit` with the number of each bit.
+#[inline(always)]
+fn each(mut bits: u8, mut visit: impl FnMut(usize)) {
+    while bits != 0 {
+        visit(bits.trailing_zeros() as usize & 7);
+        bits &= bits - 1;
+    }
+}
 
 impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
     /// Whether an object may let light through, if that matters.
@@ -114,7 +123,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
 
     /// Meets a ball with some rays. Returns those that it ends.
     #[inline(always)]
-    fn meet_ball(&mut self, slabs: &mut Slabs, (index, centre, radius): (u32, DVec3, f64), rays: u64) -> u64 {
+    fn meet_ball(&mut self, slabs: &mut Slabs, object: u32, (centre, radius): (DVec3, f64), rays: u64) -> u64 {
         let mut ended = 0;
         let mut t = [f64::NAN; 8];
         for at in (0..PACKET).step_by(8) {
@@ -123,35 +132,39 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 continue;
             }
             let front = &self.room.front;
-            if eight.count_ones() <= ALONE {
+            // Most of them come from this very ball.
+            let mut leaving = [false; 8];
+            for k in 0..8 {
+                leaving[k] = leaves_sphere(&front.ray(at + k), centre, radius);
+            }
+            for k in 0..8 {
+                eight &= !(u8::from(leaving[k]) << k);
+            }
+            if eight.count_ones() > ALONE {
                 for k in 0..8 {
-                    if eight >> k & 1 != 0 {
-                        #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
-                        let met = match K::sphere(&front.ray(at + k), centre, radius) {
-                            Some(t) => t,
-                            None => f64::NAN,
-                        };
-                        t[k] = met;
-                    }
-                }
-            } else {
-                for k in 0..8 {
-                    #[allow(clippy::manual_unwrap_or)] // As above.
+                    #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
                     let met = match K::sphere(&front.ray(at + k), centre, radius) {
                         Some(t) => t,
                         None => f64::NAN,
                     };
                     t[k] = met;
                 }
+            } else {
+                each(eight, |k| {
+                    #[allow(clippy::manual_unwrap_or)] // As above.
+                    let met = match K::sphere(&front.ray(at + k), centre, radius) {
+                        Some(t) => t,
+                        None => f64::NAN,
+                    };
+                    t[k] = met;
+                });
             }
-            while eight != 0 {
-                let k = eight.trailing_zeros() as usize & 7;
-                eight &= eight - 1;
-                let hit = Hit { t: t[k], object: index, primitive: 0, u: 0.0, v: 0.0 };
+            each(eight, |k| {
+                let hit = Hit { t: t[k], object, primitive: 0, u: 0.0, v: 0.0 };
                 if !t[k].is_nan() && self.take(slabs, at + k, hit) {
                     ended |= 1 << (at + k);
                 }
-            }
+            });
         }
         ended
     }
@@ -171,18 +184,13 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         self.room.front.limit[i] = DONE;
         true
     }
-
-    #[inline(always)]
-    fn block(&self, block: u32) -> &BallBlock {
-        &self.scene.geometry.balls[block as usize]
-    }
 }
 
 impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH> {
     type Source = &'a Source<'a>;
     type Found = Found;
     const ANY_HIT: bool = SEARCH != CLOSEST;
-    const LEAST: u32 = 9;
+    const LEAST: u32 = 16;
     const SLACK: f32 = 0.0;
 
     #[inline(always)]
@@ -192,13 +200,14 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
 
     #[inline(always)]
     fn new(source: &'a Source<'a>) -> Self {
-        let Source { scene, hits, room } = source;
-        Self { scene, hits, room: room.borrow_mut(), balls: BallRays::new(), glass: 0, kernels: PhantomData }
+        let Source { scene, room } = source;
+        Self { scene, room: room.borrow_mut(), balls: BallRays::new(), glass: 0, kernels: PhantomData }
     }
 
     #[inline(always)]
-    fn take(&mut self, together: &Together, _ends: &Ends, extent: f64) -> bool {
-        if !self.balls.take(together, extent) {
+    fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool {
+        let wide = |[x, y, z]: [[f64; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
+        if wide(ends.origin) > APART * extent || !self.balls.take(together, extent) {
             return false;
         }
         let filled = together.filled.min(PACKET);
@@ -214,22 +223,27 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         front.object[..filled].fill(u32::MAX);
         front.primitive[..filled].fill(u32::MAX);
         front.tied[..filled].fill(0);
-        if SEARCH == CLOSEST {
-            for i in 0..together.count.min(PACKET) {
-                if let Some(hit) = self.hits[usize::from(together.number[i])].get() {
-                    (front.t[i], front.object[i], front.primitive[i]) = (hit.t, hit.object, hit.primitive);
-                }
-            }
-        }
         true
     }
 
     #[inline(always)]
-    fn cull<E: Wide>(&mut self, e: E, beam: &Beam<E>, block: u32) -> u32 {
-        match self.scene.geometry.leaves[block as usize] {
-            Leaf::Object(_) => 1,
-            Leaf::Balls(block) => self.block(block).cull(e, beam),
+    fn begin(&mut self, together: &Together, slabs: &mut Slabs) -> u64 {
+        // What ends a ray for good comes first.
+        let (mut ended, all) = (0, u64::MAX);
+        for through in [false, true] {
+            for &plane in &self.scene.geometry.unbounded {
+                if self.is_glass(plane) == through {
+                    ended |= self.meet(together.filled, slabs, plane, all & !ended);
+                }
+            }
         }
+        ended
+    }
+
+    /// The leaf's own box has been met.
+    #[inline(always)]
+    fn cull<E: Wide>(&mut self, _e: E, _beam: &Beam<E>, _block: u32) -> u32 {
+        1
     }
 
     #[inline(always)]
@@ -239,59 +253,54 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         together: &Together,
         slabs: &mut Slabs,
         block: u32,
-        mut slots: u32,
-        rays: u64,
+        _slots: u32,
+        mut rays: u64,
     ) -> u64 {
-        let block = match self.scene.geometry.leaves[block as usize] {
-            Leaf::Object(index) => return self.meet(together.filled, slabs, index, rays),
-            Leaf::Balls(block) => block,
-        };
-        let mut ended = 0;
-        while slots != 0 {
-            let lane = slots.trailing_zeros() as usize & 7;
-            slots &= slots - 1;
-            let ball = self.block(block).ball(lane);
-            let mut left = rays & !ended;
-            if self.is_glass(ball.0) {
-                left &= !self.glass;
-            }
-            let mut near = 0;
-            for at in (0..PACKET).step_by(W::LANES) {
-                if left >> at & ((1 << W::LANES) - 1) != 0 {
-                    near |= u64::from(self.balls.near_ball(w, slabs, self.block(block), lane, at)) << at;
-                }
-            }
-            ended |= self.meet_ball(slabs, ball, near & left);
+        let Leaf { object, ball } = self.scene.geometry.leaves[block as usize];
+        let Some(ball) = ball else { return self.meet(together.filled, slabs, object, rays) };
+        let is_glass = self.is_glass(object);
+        if is_glass {
+            rays &= !self.glass;
         }
-        ended
+        let (mut maybe, mut surely) = (0, 0);
+        for at in (0..PACKET).step_by(W::LANES) {
+            let lanes = (1 << W::LANES) - 1;
+            if rays >> at & lanes != 0 {
+                let near = self.balls.near(w, slabs, ball, at);
+                maybe |= (u64::from(near.maybe) & lanes) << at;
+                surely |= (u64::from(near.surely) & lanes) << at;
+            }
+        }
+        maybe &= rays;
+        if SEARCH == CLOSEST {
+            return self.meet_ball(slabs, object, ball, maybe);
+        }
+        surely &= rays;
+        let others = self.meet_ball(slabs, object, ball, maybe & !surely);
+        if is_glass {
+            self.glass |= surely;
+            return 0;
+        }
+        surely | others
     }
 
     #[inline(always)]
-    fn visit_one<E: Wide>(&mut self, e: E, _together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
-        let ray = self.room.front.ray(i & (PACKET - 1));
-        let block = match self.scene.geometry.leaves[block as usize] {
-            Leaf::Object(index) => {
-                let object = &self.scene.objects()[index as usize];
-                if SEARCH == CLOSEST {
-                    return object.intersect::<K>(&ray, index).is_some_and(|hit| self.take(slabs, i, hit));
-                }
-                let hit = Hit { t: 0.0, object: index, primitive: 0, u: 0.0, v: 0.0 };
-                return object.occluded::<K>(&ray) && self.take(slabs, i, hit);
-            }
-            Leaf::Balls(block) => block,
-        };
-        let mut near = self.balls.near_ray(e, slabs, self.block(block), i);
-        while near != 0 {
-            let (object, centre, radius) = self.block(block).ball(near.trailing_zeros() as usize);
-            near &= near - 1;
-            let ray = self.room.front.ray(i & (PACKET - 1));
-            if let Some(t) = K::sphere(&ray, centre, radius)
-                && self.take(slabs, i, Hit { t, object, primitive: 0, u: 0.0, v: 0.0 })
-            {
-                return true;
-            }
+    fn visit_one<E: Wide>(&mut self, _e: E, _together: &Together, slabs: &mut Slabs, block: u32, i: usize) -> bool {
+        let leaf = &self.scene.geometry.leaves[block as usize];
+        if self.is_glass(leaf.object) && self.glass >> i & 1 != 0 {
+            return false;
         }
-        false
+        let (objects, ray) = (self.scene.objects(), self.room.front.ray(i & (PACKET - 1)));
+        let hit = if SEARCH == CLOSEST || leaf.ball.is_some() {
+            leaf.intersect::<K>(objects, &ray)
+        } else {
+            let any = Hit { t: 0.0, object: leaf.object, primitive: 0, u: 0.0, v: 0.0 };
+            objects[leaf.object as usize].occluded::<K>(&ray).then_some(any)
+        };
+        match hit {
+            Some(hit) => self.take(slabs, i, hit),
+            None => false,
+        }
     }
 
     #[inline(always)]

@@ -1,53 +1,26 @@
 //! Leaves of the tree over objects, and what is looked for in them.
 
 use super::{Geometry, Object, Scene, Shape};
-use crate::bvh::{BallBlock, BallTest, Lanes, LeafVisitor, TreeKernels};
+use crate::bvh::{Lanes, LeafVisitor, TreeKernels};
 use crate::geometry::{Hit, Ray};
 use glam::DVec3;
+use std::marker::PhantomData;
 
-/// What is at a place of the tree.
+/// One object, and all that is needed to meet it if it is a ball. The objects themselves are large and stand in another order.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Leaf {
-    /// One object.
-    Object(u32),
-    /// A block of [`Geometry::balls`].
-    Balls(u32),
+pub(super) struct Leaf {
+    pub object: u32,
+    /// Centre and radius, world space.
+    pub ball: Option<(DVec3, f64)>,
 }
 
 impl Leaf {
-    /// The objects in it.
-    pub fn objects(self, balls: &[BallBlock]) -> impl Iterator<Item = u32> {
-        let (one, block) = match self {
-            Self::Object(index) => (Some(index), None),
-            Self::Balls(block) => (None, Some(&balls[block as usize])),
-        };
-        one.into_iter().chain(block.into_iter().flat_map(BallBlock::ids))
-    }
-}
-
-/// An object that a ray may meet, and all that is needed to meet it if it is a ball. The objects themselves are large and stand in
-/// another order.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate {
-    pub object: u32,
-    /// Centre and radius, world space.
-    ball: Option<(DVec3, f64)>,
-}
-
-impl Candidate {
     pub fn new(index: u32, object: &Object) -> Self {
         let ball = match object.shape {
             Shape::Ball { centre, radius } => Some((centre, radius)),
             _ => None,
         };
         Self { object: index, ball }
-    }
-
-    /// The ball in a lane.
-    #[inline(always)]
-    fn of(block: &BallBlock, lane: usize) -> Self {
-        let (object, centre, radius) = block.ball(lane);
-        Self { object, ball: Some((centre, radius)) }
     }
 
     /// The closest hit of a world-space ray, as [`Object::intersect`] finds it.
@@ -62,23 +35,14 @@ impl Candidate {
             None => None,
         }
     }
-
-    /// Whether a world-space ray meets it.
-    #[inline(always)]
-    pub fn occluded<K: TreeKernels>(&self, objects: &[Object], ray: &Ray) -> bool {
-        match self.ball {
-            Some((centre, radius)) => K::sphere(ray, centre, radius).is_some(),
-            None => objects[self.object as usize].occluded::<K>(ray),
-        }
-    }
 }
 
 /// Finds the closest hit.
-pub(super) struct Closest<'a, K: TreeKernels> {
+pub(super) struct Closest<'a, K> {
     geometry: &'a Geometry,
     pub ray: Ray,
     pub best: Option<Hit>,
-    balls: K::Balls,
+    kernels: PhantomData<K>,
 }
 
 impl<K: TreeKernels> Closest<'_, K> {
@@ -95,9 +59,7 @@ impl<K: TreeKernels> Closest<'_, K> {
         match hit {
             Some(hit) if self.best.is_none_or(|b| hit.beats(&b)) => {
                 self.best = Some(hit);
-                let t_max = hit.reach().min(self.ray.t_max);
-                self.balls.shorten(t_max);
-                t_max
+                hit.reach().min(self.ray.t_max)
             }
             _ => t_max,
         }
@@ -111,25 +73,14 @@ impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
 
     #[inline(always)]
     fn new((scene, best): Self::Source, ray: &Ray) -> Self {
-        let geometry = &*scene.geometry;
-        Self { geometry, ray: *ray, best, balls: K::Balls::new(ray, geometry.tree.extent()) }
+        Self { geometry: &scene.geometry, ray: *ray, best, kernels: PhantomData }
     }
 
     #[inline(always)]
-    fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool {
-        match self.geometry.leaves[block as usize] {
-            Leaf::Object(index) => *t_max = self.test(index, *t_max),
-            Leaf::Balls(block) => {
-                let block = &self.geometry.balls[block as usize];
-                let mut candidates = self.balls.candidates(lanes.wide(), block);
-                while candidates != 0 {
-                    let ball = Candidate::of(block, candidates.trailing_zeros() as usize);
-                    candidates &= candidates - 1;
-                    let hit = ball.intersect::<K>(&[], &Ray { t_max: *t_max, ..self.ray });
-                    *t_max = self.take(hit, *t_max);
-                }
-            }
-        }
+    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
+        let ray = Ray { t_max: *t_max, ..self.ray };
+        let hit = self.geometry.leaves[block as usize].intersect::<K>(&self.geometry.objects, &ray);
+        *t_max = self.take(hit, *t_max);
         false
     }
 
@@ -140,11 +91,11 @@ impl<'a, K: TreeKernels> LeafVisitor for Closest<'a, K> {
 }
 
 /// Finds an object that a ray meets.
-pub(super) struct AnyOccluder<'a, K: TreeKernels> {
+pub(super) struct AnyOccluder<'a, K> {
     geometry: &'a Geometry,
     ray: Ray,
-    occluder: Option<u32>,
-    balls: K::Balls,
+    pub occluder: Option<u32>,
+    kernels: PhantomData<K>,
 }
 
 impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
@@ -154,31 +105,20 @@ impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
 
     #[inline(always)]
     fn new(geometry: &'a Geometry, ray: &Ray) -> Self {
-        Self { geometry, ray: *ray, occluder: None, balls: K::Balls::new(ray, geometry.tree.extent()) }
+        Self { geometry, ray: *ray, occluder: None, kernels: PhantomData }
     }
 
     #[inline(always)]
-    fn visit<L: Lanes>(&mut self, lanes: L, block: u32, _t_max: &mut f64) -> bool {
-        match self.geometry.leaves[block as usize] {
-            Leaf::Object(index) => {
-                if self.geometry.objects[index as usize].occluded::<K>(&self.ray) {
-                    self.occluder = Some(index);
-                }
-            }
-            Leaf::Balls(block) => {
-                let block = &self.geometry.balls[block as usize];
-                let mut candidates = self.balls.candidates(lanes.wide(), block);
-                while candidates != 0 {
-                    let (index, centre, radius) = block.ball(candidates.trailing_zeros() as usize);
-                    candidates &= candidates - 1;
-                    if K::sphere(&self.ray, centre, radius).is_some() {
-                        self.occluder = Some(index);
-                        break;
-                    }
-                }
-            }
+    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
+        let leaf = &self.geometry.leaves[block as usize];
+        let met = match leaf.ball {
+            Some(_) => leaf.intersect::<K>(&[], &self.ray).is_some(),
+            None => self.geometry.objects[leaf.object as usize].occluded::<K>(&self.ray),
+        };
+        if met {
+            self.occluder = Some(leaf.object);
         }
-        self.occluder.is_some()
+        met
     }
 
     #[inline(always)]
@@ -187,45 +127,26 @@ impl<'a, K: TreeKernels> LeafVisitor for AnyOccluder<'a, K> {
     }
 }
 
-/// Asks every object that a ray may meet, and ends at the first that says yes.
-pub(super) struct AnyObject<'a, K: TreeKernels, F> {
-    geometry: &'a Geometry,
+/// Asks every object, and ends at the first that says yes.
+pub(super) struct AnyObject<'a, F> {
+    leaves: &'a [Leaf],
     ask: &'a F,
-    balls: K::Balls,
 }
 
-impl<'a, K: TreeKernels, F: Fn(&Candidate) -> bool> LeafVisitor for AnyObject<'a, K, F> {
-    type Source = (&'a Geometry, &'a F);
+impl<'a, F: Fn(&Leaf) -> bool> LeafVisitor for AnyObject<'a, F> {
+    type Source = (&'a [Leaf], &'a F);
     /// Whether one has said yes.
     type Found = bool;
     const ANY_HIT: bool = true;
 
     #[inline(always)]
-    fn new((geometry, ask): Self::Source, ray: &Ray) -> Self {
-        Self { geometry, ask, balls: K::Balls::new(ray, geometry.tree.extent()) }
+    fn new((leaves, ask): Self::Source, _ray: &Ray) -> Self {
+        Self { leaves, ask }
     }
 
     #[inline(always)]
-    fn visit<L: Lanes>(&mut self, lanes: L, block: u32, _t_max: &mut f64) -> bool {
-        let leaf = self.geometry.leaves[block as usize];
-        let mut candidates = match leaf {
-            Leaf::Object(_) => 1,
-            Leaf::Balls(block) => self.balls.candidates(lanes.wide(), &self.geometry.balls[block as usize]),
-        };
-        // Asked in one place, so that it is inlined.
-        while candidates != 0 {
-            let candidate = match leaf {
-                Leaf::Object(object) => Candidate { object, ball: None },
-                Leaf::Balls(block) => {
-                    Candidate::of(&self.geometry.balls[block as usize], candidates.trailing_zeros() as usize)
-                }
-            };
-            candidates &= candidates - 1;
-            if (self.ask)(&candidate) {
-                return true;
-            }
-        }
-        false
+    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, _t_max: &mut f64) -> bool {
+        (self.ask)(&self.leaves[block as usize])
     }
 
     #[inline(always)]

@@ -32,7 +32,7 @@ pub use summary::{Imported, Summary};
 pub use texture::Texture;
 
 use crate::assets::Image;
-use crate::bvh::{BallBlock, Bvh, BvhStats, Isa};
+use crate::bvh::{Bvh, BvhStats, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
 
@@ -79,6 +79,8 @@ pub struct Scene {
     has_media: bool,
     /// Whether light may get through an object somewhere, for each; empty if it does through none.
     transmitting: Vec<bool>,
+    /// Whether light does not get through some object that has a box.
+    has_blockers: bool,
 }
 
 /// The objects and the tree over them: what only moving, adding or removing objects changes.
@@ -92,8 +94,6 @@ struct Geometry {
     stats: BvhStats,
     /// What is at each position of the tree.
     leaves: Vec<Leaf>,
-    /// Balls, up to eight a leaf.
-    balls: Vec<BallBlock>,
     /// Planes.
     unbounded: Vec<u32>,
     /// How far each object is from all others, where that matters.

@@ -7,14 +7,14 @@
 //! it gain to meet the meshes among many objects first and together, and then go through the tree without them: 1.04 on the terrain with
 //! glass balls.
 
+use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
 use super::front::{
     Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
 };
 use super::{Mesh, Object, Scene, Shape};
-use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
-use crate::bvh::{Bvh, PACKET, PacketVisitor, Packets, TreeKernels, TriangleHit};
+use crate::bvh::{Bvh, PACKET, Packets, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -142,12 +142,7 @@ impl Packet {
     }
 
     /// Hands over the rays that are near, in the space of an object, up to [`PACKET`] at a time, each with its number.
-    fn near_rays(
-        &mut self,
-        count: usize,
-        object: &Object,
-        mut take: impl FnMut(&mut Self, &[Ray], &[usize; PACKET]),
-    ) {
+    fn near_rays(&mut self, count: usize, object: &Object, mut take: impl FnMut(&mut Self, &[Ray], &[usize; PACKET])) {
         let (mut rays, mut numbers) = ([self.front.ray(0); PACKET], [0; PACKET]);
         let mut at = 0;
         while at < count {
@@ -177,7 +172,13 @@ impl Packet {
 }
 
 /// Finds where a range of rays meets an analytic shape.
-pub(super) fn meet_shape<K: TreeKernels>(tree: &Bvh, object: &Object, range: Range<usize>, front: &Front, met: &mut Met) {
+pub(super) fn meet_shape<K: TreeKernels>(
+    tree: &Bvh,
+    object: &Object,
+    range: Range<usize>,
+    front: &Front,
+    met: &mut Met,
+) {
     let (inverse, kernels) = (object.map.inverse, PhantomData::<K>);
     match object.shape {
         Shape::Ball { centre, radius } => tree.run(Balls { range, centre, radius, kernels }, front, met),
@@ -209,9 +210,12 @@ pub(super) fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
     }
 }
 
-/// Whether it is worth it, and what rays find does not depend on the way through the tree.
-fn goes_in_crowds<K: TreeKernels>(rays: usize) -> bool {
-    K::PACKETS == Some(Packets::Watertight) && rays >= Crowd::<K, CLOSEST>::LEAST as usize
+/// Calls `visit` with the number of each bit.
+fn each(mut bits: u64, mut visit: impl FnMut(usize)) {
+    while bits != 0 {
+        visit(bits.trailing_zeros() as usize);
+        bits &= bits - 1;
+    }
 }
 
 impl Scene {
@@ -246,12 +250,8 @@ impl Scene {
         if !self.is_simple() {
             let mut last = None;
             for (rays, occluded) in rays.chunks(PACKET).zip(occluded.chunks_mut(PACKET)) {
-                let mut left = self.ask_crowd::<K, ANY>(rays, scratch, |i, found| occluded[i] = found.ended);
-                while left != 0 {
-                    let i = left.trailing_zeros() as usize;
-                    left &= left - 1;
-                    occluded[i] = self.occluded_again::<K>(&rays[i], &mut last);
-                }
+                let left = self.trace_crowd::<K, ANY>(rays, scratch, |i, found| occluded[i] = found.ended);
+                each(left, |i| occluded[i] = self.occluded_again::<K>(&rays[i], &mut last));
             }
             return;
         }
@@ -269,79 +269,27 @@ impl Scene {
 
     /// [`Scene::intersect_packet`] of up to [`PACKET`] rays through the tree.
     fn intersect_crowd<K: TreeKernels>(&self, rays: &[Ray], hits: &mut [Option<Hit>], scratch: &mut PacketScratch) {
-        let mut left = u64::MAX >> (PACKET - rays.len());
-        if goes_in_crowds::<K>(rays.len()) {
-            let packet = scratch.room.get_or_insert_with(Packet::new);
-            let mut shortened = [rays[0]; PACKET];
-            let shortened = &mut shortened[..rays.len()];
-            shortened.copy_from_slice(rays);
-            hits.fill(None);
-            if !self.geometry.unbounded.is_empty() {
-                let count = packet.load(rays);
-                for &plane in &self.geometry.unbounded {
-                    self.meet::<K, false>(packet, count, plane, &self.objects()[plane as usize]);
-                }
-                for (i, (ray, hit)) in shortened.iter_mut().zip(hits.iter_mut()).enumerate() {
-                    ray.t_max = packet.front.limit[i];
-                    *hit = packet.hit(i, self.objects());
-                }
-            }
-            let hits = Cell::from_mut(&mut *hits).as_slice_of_cells();
-            let source = Source { scene: self, hits, room: RefCell::new(packet) };
-            let mut tied = 0;
-            left = self.geometry.tree.traverse_packet::<Crowd<K, CLOSEST>>(shortened, &source, &mut |i, found: Found| {
-                hits[i].set(found.hit);
-                tied |= u64::from(found.tied) << i;
-            });
-            left |= tied;
-        }
-        while left != 0 {
-            let i = left.trailing_zeros() as usize;
-            left &= left - 1;
-            hits[i] = self.intersect::<K>(&rays[i]);
-        }
+        let mut tied = 0;
+        let left = self.trace_crowd::<K, CLOSEST>(rays, scratch, |i, found| {
+            hits[i] = found.hit;
+            tied |= u64::from(found.tied) << i;
+        });
+        each(left | tied, |i| hits[i] = self.intersect::<K>(&rays[i]));
     }
 
-    /// Looks for anything in the way of up to [`PACKET`] rays. Returns those that are left, a bit each.
-    fn ask_crowd<K: TreeKernels, const SEARCH: u8>(
+    /// Traces up to [`PACKET`] rays through the tree, those together that run alike. Returns those that are left, a bit each.
+    fn trace_crowd<K: TreeKernels, const SEARCH: u8>(
         &self,
         rays: &[Ray],
         scratch: &mut PacketScratch,
         mut take: impl FnMut(usize, Found),
     ) -> u64 {
-        let mut left = u64::MAX >> (PACKET - rays.len());
-        if !goes_in_crowds::<K>(rays.len()) {
-            return left;
+        if K::PACKETS != Some(Packets::Watertight) {
+            return u64::MAX >> (PACKET - rays.len());
         }
-        let packet = scratch.room.get_or_insert_with(Packet::new);
-        // Rays that a plane ends go no further.
-        let (mut open, mut numbers, mut size) = ([rays[0]; PACKET], [0; PACKET], 0);
-        if !self.geometry.unbounded.is_empty() {
-            let count = packet.load(rays);
-            for &plane in self.geometry.unbounded.iter().filter(|plane| SEARCH == ANY || !self.may_transmit(**plane)) {
-                self.meet::<K, true>(packet, count, plane, &self.objects()[plane as usize]);
-            }
-        }
-        let mut glass = 0;
-        for (i, ray) in rays.iter().enumerate() {
-            if !self.geometry.unbounded.is_empty() && packet.front.object[i] != u32::MAX {
-                take(i, Found { hit: None, tied: false, ended: true, glass: false });
-                left &= !(1 << i);
-                continue;
-            }
-            let through = |plane: &u32| self.may_transmit(*plane) && self.objects()[*plane as usize].occluded::<K>(ray);
-            glass |= u64::from(SEARCH == OPAQUE && self.geometry.unbounded.iter().any(through)) << i;
-            (open[size], numbers[size]) = (*ray, i);
-            size += 1;
-        }
-        let source = Source { scene: self, hits: &[], room: RefCell::new(packet) };
-        let alone = self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>>(&open[..size], &source, &mut |k, found| {
-            let i: usize = numbers[k];
-            take(i, Found { glass: found.glass || glass >> i & 1 != 0, ..found });
-            left &= !(1 << i);
-        });
-        debug_assert_eq!(alone.count_ones(), left.count_ones());
-        left
+        let room = scratch.room.get_or_insert_with(Packet::new);
+        let source = Source { scene: self, room: RefCell::new(room) };
+        self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>>(rays, &source, &mut take)
     }
 
     /// Whether a ray meets anything, asked first of the object that was last in the way of one like it. Where what is found depends
@@ -360,8 +308,12 @@ impl Scene {
     pub fn look_along_packet<K: TreeKernels>(&self, rays: &[Ray], ways: &mut [Way], scratch: &mut PacketScratch) {
         if !self.is_simple() {
             ways.fill(Way::Unknown);
+            // Where nothing but planes can be opaque, all that comes of it is that glass is in the way: 1.07 on the field of glass.
+            if !self.has_blockers {
+                return;
+            }
             for (rays, ways) in rays.chunks(PACKET).zip(ways.chunks_mut(PACKET)) {
-                self.ask_crowd::<K, OPAQUE>(rays, scratch, |i, found| {
+                self.trace_crowd::<K, OPAQUE>(rays, scratch, |i, found| {
                     ways[i] = match found {
                         Found { ended: true, .. } => Way::Blocked,
                         Found { glass: true, .. } => Way::Glass,

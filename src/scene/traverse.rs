@@ -1,7 +1,7 @@
 //! Rays against the whole scene, and the surface where they end.
 
 use super::front::passes;
-use super::leaf::{AnyObject, AnyOccluder, Candidate, Closest};
+use super::leaf::{AnyObject, AnyOccluder, Closest, Leaf};
 use super::{Geometry, Object, Scene, Shape};
 use crate::bvh::{LeafVisitor, TreeKernels};
 use crate::geometry::{
@@ -79,14 +79,14 @@ impl Scene {
     }
 
     /// Asks the objects that a ray may meet until one says yes.
-    fn any_object<K: TreeKernels, F: Fn(&Candidate) -> bool>(&self, ray: &Ray, ask: &F) -> bool {
+    fn any_object<K: TreeKernels, F: Fn(&Leaf) -> bool>(&self, ray: &Ray, ask: &F) -> bool {
         let geometry = &*self.geometry;
-        let ask_one = |index: u32| ask(&Candidate::new(index, &geometry.objects[index as usize]));
+        let ask_one = |index: u32| ask(&Leaf::new(index, &geometry.objects[index as usize]));
         if self.is_simple() {
             return self.near(ray).any(ask_one);
         }
         geometry.unbounded.iter().any(|&index| ask_one(index))
-            || geometry.tree.traverse::<K::Boxes, AnyObject<K, F>>(ray, (geometry, ask))
+            || geometry.tree.traverse::<K::Boxes, AnyObject<F>>(ray, (&geometry.leaves, ask))
     }
 
     /// The objects whose bounding spheres a ray passes.
@@ -102,23 +102,23 @@ impl Scene {
     pub fn blocked<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) -> bool {
         hits.clear();
         let hits = std::cell::RefCell::new(hits);
-        self.any_object::<K, _>(ray, &|candidate| {
+        self.any_object::<K, _>(ray, &|leaf| {
             let objects = self.objects();
-            if !self.may_transmit(candidate.object) {
-                return candidate.occluded::<K>(objects, ray);
+            if !self.may_transmit(leaf.object) {
+                return objects[leaf.object as usize].occluded::<K>(ray);
             }
-            hits.borrow_mut().extend(candidate.intersect::<K>(objects, ray));
+            hits.borrow_mut().extend(leaf.intersect::<K>(objects, ray));
             false
         })
     }
 
-    /// Gives `hits` the first hit with each object that may let light through.
+    /// Gives `hits` the first hit with each object that may let light through, in the order of [`Scene::blocked`].
     pub fn glass_along<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) {
         hits.clear();
         let hits = std::cell::RefCell::new(hits);
-        self.any_object::<K, _>(ray, &|candidate| {
-            if self.may_transmit(candidate.object) {
-                hits.borrow_mut().extend(candidate.intersect::<K>(self.objects(), ray));
+        self.any_object::<K, _>(ray, &|leaf| {
+            if self.may_transmit(leaf.object) {
+                hits.borrow_mut().extend(leaf.intersect::<K>(self.objects(), ray));
             }
             false
         });
@@ -133,9 +133,9 @@ impl Scene {
         }
         let near = Ray { t_min: (hit.t - slack).max(ray.t_min), t_max: hit.t + slack, ..*ray };
         let visit = std::cell::RefCell::new(visit);
-        self.any_object::<K, _>(&near, &|candidate| {
-            if candidate.object != hit.object
-                && let Some(other) = candidate.intersect::<K>(self.objects(), &near)
+        self.any_object::<K, _>(&near, &|leaf| {
+            if leaf.object != hit.object
+                && let Some(other) = leaf.intersect::<K>(self.objects(), &near)
             {
                 visit.borrow_mut()(other);
             }

@@ -1,12 +1,12 @@
 //! How much of the hierarchies a ray looks at.
 
-use super::leaf::{Closest, Leaf};
-use super::{Object, Scene, Shape};
+use super::leaf::Closest;
+use super::{Scene, Shape};
 use crate::bvh::{Counted, Lanes, LeafVisitor, TreeKernels};
 use crate::geometry::{Hit, Ray};
 
 /// Follows a ray as [`Scene::intersect`] does, or with `ANY` as [`Scene::occluded`], and counts in the trees of meshes.
-struct Follow<'a, K: TreeKernels, const ANY: bool> {
+struct Follow<'a, K, const ANY: bool> {
     scene: &'a Scene,
     closest: Closest<'a, K>,
     /// In trees of meshes.
@@ -24,15 +24,18 @@ impl<'a, K: TreeKernels, const ANY: bool> LeafVisitor for Follow<'a, K, ANY> {
     }
 
     #[inline(always)]
-    fn visit<L: Lanes>(&mut self, lanes: L, block: u32, t_max: &mut f64) -> bool {
-        if let Leaf::Object(index) = self.scene.geometry.leaves[block as usize]
-            && let Object { shape: Shape::Mesh(mesh), map, .. } = &self.scene.objects()[index as usize]
-        {
-            let ray = Ray { t_max: *t_max, ..self.closest.ray };
-            self.visits += mesh.visits::<K>(&ray.transformed(&map.inverse), ANY);
+    fn visit<L: Lanes>(&mut self, _lanes: L, block: u32, t_max: &mut f64) -> bool {
+        let index = self.scene.geometry.leaves[block as usize].object;
+        let object = &self.scene.objects()[index as usize];
+        let ray = Ray { t_max: *t_max, ..self.closest.ray };
+        if let Shape::Mesh(mesh) = &object.shape {
+            self.visits += mesh.visits::<K>(&ray.transformed(&object.map.inverse), ANY);
         }
-        self.closest.visit(lanes, block, t_max);
-        ANY && self.closest.best.is_some()
+        if ANY {
+            return object.intersect::<K>(&ray, index).is_some();
+        }
+        *t_max = self.closest.test(index, *t_max);
+        false
     }
 
     #[inline(always)]

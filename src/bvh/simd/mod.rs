@@ -136,11 +136,7 @@ pub trait Lanes: Copy {
     type M: Copy;
     /// Four f64.
     type F: Four;
-    /// The same lanes where comparisons give bits.
-    type Wide: Wide;
 
-    /// See [`Lanes::Wide`].
-    fn wide(self) -> Self::Wide;
     /// The same value in every lane.
     fn splat(self, v: f32) -> Self::V;
     /// Four f64.

@@ -50,6 +50,12 @@ pub trait PacketVisitor: Sized {
     /// Takes rays that lie within `ends`. False if it can not. (Not by `new`: kilobytes would be copied.)
     fn take(&mut self, together: &Together, ends: &Ends, extent: f64) -> bool;
 
+    /// Meets what is in no box. Lowers limits; returns the rays that it has ended.
+    #[inline(always)]
+    fn begin(&mut self, _together: &Together, _slabs: &mut Slabs) -> u64 {
+        0
+    }
+
     /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several rays.
     fn cull<E: Wide>(&mut self, eight: E, beam: &Beam<E>, block: u32) -> u32;
 
@@ -230,9 +236,9 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     let Some(beam) = Beam::new(eight, wide, &ends, &mut slabs, together.filled, tree.extent) else { return false };
     // Rays that the visitor has not ended.
     let all = first(count);
-    let mut alive = all;
+    let mut alive = all & !visitor.begin(&together, &mut slabs);
     let mut stack = [MaybeUninit::<Waiting>::uninit(); STACK];
-    stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: all });
+    stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: alive });
     let mut top = 1;
     while top > 0 {
         top -= 1;

@@ -28,12 +28,7 @@ impl Lanes for Portable {
     /// A bit a lane.
     type M = u32;
     type F = DVec4;
-    type Wide = Self;
 
-    #[inline(always)]
-    fn wide(self) -> Self {
-        self
-    }
     #[inline(always)]
     fn splat(self, v: f32) -> [f32; 8] {
         [v; 8]

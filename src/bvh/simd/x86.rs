@@ -30,12 +30,7 @@ impl Lanes for Avx2 {
     type V = __m256;
     type M = __m256;
     type F = Avx2Four;
-    type Wide = Self;
 
-    #[inline(always)]
-    fn wide(self) -> Self {
-        self
-    }
     #[inline(always)]
     fn splat(self, v: f32) -> __m256 {
         avx!(_mm256_set1_ps(v))
