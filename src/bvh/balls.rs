@@ -96,3 +96,79 @@ impl BallRays {
         Near { maybe: !(aside | behind | beyond), surely: inside & ahead & before }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::simd::Portable;
+    use super::*;
+    use crate::geometry::sphere_intersect;
+    use crate::math::SplitMix64;
+
+    /// Rays at and past the silhouette of a ball, from its surface, from inside of it, ended before, in and behind it, near to and far from
+    /// the origin of the world.
+    #[test]
+    fn a_ball_that_is_met_may_be_and_one_that_surely_is_is_met() {
+        let mut rng = SplitMix64(52);
+        let (mut slabs, mut balls) = (Slabs::new(), BallRays::new());
+        let (mut met, mut may, mut sure) = (0u32, 0u32, 0u32);
+        for round in 0..40_000u32 {
+            let size = 10f64.powi((round % 5) as i32 - 2);
+            let mut vector =
+                |size: f64| DVec3::new(rng.range(-size, size), rng.range(-size, size), rng.range(-size, size));
+            let (centre, radius) = (vector(size), vector(1.0).x.abs() * [1.0, 1e-2, 1e-5][round as usize % 3]);
+            let extent = centre.abs().max_element() + radius;
+            let mut rays = [Ray::new(DVec3::ZERO, DVec3::X); PACKET];
+            for (i, ray) in rays.iter_mut().enumerate() {
+                let normal = vector(1.0).normalize();
+                let side = vector(1.0).cross(normal).normalize();
+                let beside = 1.0 + [0.0, 1e-16, -1e-16, 1e-12, -1e-12, 1e-6, -1e-6, 1e-3, -1e-3, -0.5, 0.5][i % 11];
+                let target = centre + side * (radius * beside);
+                let back = [0.0, radius, 2.0 * radius, 0.5 * radius, 3.0, 50.0][i % 6];
+                *ray = Ray::new(target - normal * back, normal);
+                if i % 7 == 0 {
+                    *ray = Ray::new(centre + normal * radius, vector(1.0).normalize());
+                }
+                if i % 5 == 0 {
+                    ray.t_max = back + radius * [-1.1, -1.0, -0.5, 0.0, 0.5, 1.0, 1.1][i % 7];
+                }
+                if i % 8 == 0 {
+                    ray.t_min = (back + radius * [-1.0, 0.0, 1.0][i % 3]).max(0.0);
+                }
+            }
+            let together = Together::new(&rays, u64::MAX);
+            assert!(balls.take(&together, extent));
+            slabs.take(&together, 0.0, extent);
+            for (at, rays) in (0..).step_by(8).zip(rays.chunks(8)) {
+                let Near { maybe, surely } = balls.near(Portable, &slabs, (centre, radius), at);
+                for (k, ray) in rays.iter().enumerate() {
+                    let (maybe, surely) = (maybe >> k & 1 != 0, surely >> k & 1 != 0);
+                    let is_met = sphere_intersect(ray, centre, radius).is_some();
+                    assert!(maybe || !is_met, "lost: {ray:?} {centre:?} {radius:?}");
+                    assert!(is_met || !surely, "invented: {ray:?} {centre:?} {radius:?}");
+                    met += u32::from(is_met);
+                    may += u32::from(maybe);
+                    sure += u32::from(surely);
+                }
+            }
+        }
+        assert!(met > 500_000 && may < 2 * met && sure > met / 8, "{may} may be met, {met} are, {sure} surely");
+    }
+
+    #[test]
+    fn rays_that_are_not_finite_or_of_unit_length_are_not_taken() {
+        let good = Ray::new(DVec3::ONE, DVec3::X);
+        let mut bad = [good; 5];
+        bad[0].origin.y = f64::NAN;
+        bad[1].origin.z = f64::INFINITY;
+        bad[2].direction.x = f64::NAN;
+        bad[3].direction.x = 1.001;
+        bad[4].direction.y = f64::NEG_INFINITY;
+        assert!(BallRays::is_fit(&good, 1.0));
+        for ray in bad {
+            assert!(!BallRays::is_fit(&ray, 1.0), "{ray:?}");
+            let mut rays = [good; 20];
+            rays[17] = ray;
+            assert!(!BallRays::new().take(&Together::new(&rays, (1 << 20) - 1), 1.0), "{ray:?}");
+        }
+    }
+}

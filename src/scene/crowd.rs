@@ -78,7 +78,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         SEARCH == OPAQUE && self.scene.may_transmit(object)
     }
 
-    /// Meets an object that is no ball with some rays. Returns those that it ends.
+    /// Meets an object that is no ball with some rays. Returns all that have been ended.
     fn meet(&mut self, filled: usize, slabs: &mut Slabs, index: u32, rays: u64) -> u64 {
         let (scene, is_glass) = (self.scene, self.is_glass(index));
         let object = &scene.objects()[index as usize];
@@ -108,7 +108,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 });
             }
         }
-        self.glass |= through & rays;
+        self.glass |= through;
         let mut ended = 0;
         for i in 0..filled {
             let limit = self.room.front.limit[i];
@@ -118,7 +118,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 ended |= u64::from(limit == DONE) << i;
             }
         }
-        ended & rays
+        ended
     }
 
     /// Meets a ball with some rays. Returns those that it ends.
