@@ -85,7 +85,7 @@ impl Hit {
     /// after (three faces within 2⁻⁴⁴ of t, yet not within 2⁻⁴⁵), each may beat another one, and the first asked decides
     /// which two are compared. Any of them is a right answer, since they are one place; and pictures stay reproducible because the
     /// order is a function of ray and scene: that of the objects in small scenes, alone and in packets; that of the tree
-    /// in others, where there are no packets of objects, and the tree is the same for any number of threads.
+    /// in others, where rays with a tie leave the packet, and the tree is the same for any number of threads.
     #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
         // Without branches, so that loops over rays become vector code.
