@@ -90,7 +90,7 @@ fn packets_find_what_single_rays_and_brute_force_find() {
                         if !rng.next_u64().is_multiple_of(64) {
                             *ray = Ray { direction: first.direction + turn, ..first };
                             // Trees over many objects take nothing but unit directions together.
-                            if seed % 4 == 0 {
+                            if seed.is_multiple_of(4) {
                                 *ray = Ray {
                                     origin: ray.origin + turn.zxy(),
                                     direction: ray.direction.normalize(),
@@ -192,7 +192,7 @@ fn many(file: &std::path::Path, seed: u64) -> SceneDesc {
     }
     for (k, thing) in d.objects.iter_mut().enumerate() {
         // A plane would be in the way of everything.
-        thing.visible = !matches!(thing.shape, ShapeDesc::Plane) || seed % 3 == 0;
+        thing.visible = !matches!(thing.shape, ShapeDesc::Plane) || seed.is_multiple_of(3);
         thing.scale *= 0.4;
         if (k as u64 + seed).is_multiple_of(3) {
             thing.material = Some("glass".into());

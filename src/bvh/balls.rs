@@ -45,7 +45,7 @@ impl BallRays {
     #[inline(always)]
     pub fn is_fit(ray: &Ray, extent: f64) -> bool {
         let size = ray.origin.x.abs() + ray.origin.y.abs() + ray.origin.z.abs() + extent;
-        (size >= 1e-12) & (size <= 1e12) & ((ray.direction.length_squared() - 1.0).abs() <= U)
+        (1e-12..=1e12).contains(&size) & ((ray.direction.length_squared() - 1.0).abs() <= U)
     }
 
     /// Takes rays for balls whose coordinates are at most `extent` in magnitude; false if one of them is not fit.

@@ -39,7 +39,7 @@ fn first_root(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
 }
 
 /// Whether a ray starts outside of a sphere and goes away from it, as most do from the ball that they come from: there is no root then, and
-/// none of the divisions is needed (with it the sphereflake takes 0.97 of the time).
+/// none of the divisions is needed.
 ///
 /// With b > 0 and c >= 0 in [`first_root`], q is negative and so are both roots, or one is 0, however they are rounded; with b = 0 the discriminant is
 /// negative. The factor is more than the rounding of squares, and square roots are monotone.

@@ -7,6 +7,8 @@
 //! that have met a tie of two objects are traced again, alone. Without a tie there is no chain: whatever lies within reach of the
 //! nearest hit is compared with it, or with something that is farther away by less than the reach.
 
+#![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
+
 use super::front::{DONE, Keep};
 use super::leaf::Leaf;
 use super::packet::{Packet, meet_shape, runs};

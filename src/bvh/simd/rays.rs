@@ -147,6 +147,7 @@ const U: f32 = 1.0 / 16_777_216.0;
 impl Slabs {
     /// No numbers.
     #[inline(always)]
+    #[allow(clippy::new_without_default)] // `default` might not be inlined.
     pub fn new() -> Self {
         let row = Row::new(0.0);
         let rows = [row; 3];
