@@ -2,12 +2,12 @@
 
 mod support;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles as _};
 use glimt::bvh::{Isa, TreeKernels};
 use glimt::description::*;
 use glimt::geometry::{Classic, Fast, Hit, Ray, Reference, Robust, SurfaceInteraction};
 use glimt::math::{Rgb, SplitMix64};
-use glimt::scene::{MOST_SURFACES, PacketScratch, Scene, Surfaces, compile_for};
+use glimt::scene::{MOST_SURFACES, PacketScratch, Scene, Surfaces, Way, compile_for};
 use support::*;
 
 /// One of each shape, two of them in the same place, turned and stretched by chance.
@@ -89,6 +89,14 @@ fn packets_find_what_single_rays_and_brute_force_find() {
                         let turn = v(rng.range(-0.1, 0.1), rng.range(-0.1, 0.1), rng.range(-0.1, 0.1));
                         if !rng.next_u64().is_multiple_of(64) {
                             *ray = Ray { direction: first.direction + turn, ..first };
+                            // Trees over many objects take nothing but unit directions together.
+                            if seed.is_multiple_of(4) {
+                                *ray = Ray {
+                                    origin: ray.origin + turn.zxy(),
+                                    direction: ray.direction.normalize(),
+                                    ..first
+                                };
+                            }
                         }
                     }
                 }
@@ -221,4 +229,92 @@ fn surfaces_computed_together_are_to_the_bit_what_each_is_alone() {
         }
         assert!(met > 3_000, "{met} surfaces");
     }
+}
+
+/// Things of all shapes and meshes, opaque and transparent; more of them than are asked one after the other.
+fn many(file: &std::path::Path, seed: u64) -> SceneDesc {
+    let mut d = things(seed, 30);
+    d.materials.push(MaterialDesc { transmit: 0.8, ior: 1.4, ..flat("glass", Rgb::WHITE) });
+    let mut rng = SplitMix64(seed);
+    for k in 0..6 {
+        let mut model = mesh(file, "white");
+        model.translate = v(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+        model.rotate = v(rng.range(0.0, 360.0), 20.0 * f64::from(k), 0.0);
+        d.objects.push(model);
+    }
+    for (k, thing) in d.objects.iter_mut().enumerate() {
+        // A plane would be in the way of everything.
+        thing.visible = !matches!(thing.shape, ShapeDesc::Plane) || seed.is_multiple_of(3);
+        thing.scale *= 0.4;
+        if (k as u64 + seed).is_multiple_of(3) {
+            thing.material = Some("glass".into());
+        }
+    }
+    d
+}
+
+#[test]
+fn among_many_objects_rays_that_run_alike_find_what_they_find_alone() {
+    let (mut text, n) = (String::new(), 12);
+    for i in 0..=n {
+        for j in 0..=n {
+            let (x, y) = (f64::from(i) / f64::from(n) - 0.5, f64::from(j) / f64::from(n) - 0.5);
+            text += &format!("v {x} {} {y}\n", 0.2 * (7.0 * x).sin() * (5.0 * y).cos());
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j + 1;
+            text += &format!("f {} {} {} {}\n", a, a + 1, a + n + 2, a + n + 1);
+        }
+    }
+    let file = model_file("packets-waves", &text);
+    let mut scratch = PacketScratch::default();
+    for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+        let (mut hits, mut ways) = (0, [0; 3]);
+        for seed in 0..12 {
+            let scene = compile_for(&many(&file, seed), None, isa).unwrap();
+            let mut rng = SplitMix64(seed);
+            for size in [16, 17, 40, 64, 65, 256] {
+                let wide = [0.05, 0.3, 2.0][(rng.next_u64() % 3) as usize];
+                let mut near = |size: f64| v(rng.range(-size, size), rng.range(-size, size), rng.range(-size, size));
+                let (from, to) = (near(2.5), near(0.5));
+                let rays: Vec<Ray> = (0..size)
+                    .map(|k| {
+                        let origin = from + near(0.1);
+                        let ray = Ray::new(origin, (to + near(wide) - origin).normalize());
+                        Ray { t_max: if k % 3 == 0 { from.distance(to) } else { ray.t_max }, ..ray }
+                    })
+                    .collect();
+                let (mut found, mut occluded, mut seen) =
+                    (vec![None; size], vec![false; size], vec![Way::Unknown; size]);
+                scene.intersect_packet::<Robust>(&rays, &mut found, &mut scratch);
+                scene.occluded_packet::<Robust>(&rays, &mut occluded, &mut scratch);
+                scene.look_along_packet::<Robust>(&rays, &mut seen, &mut scratch);
+                let (mut behind, mut glass) = (Vec::new(), Vec::new());
+                for k in 0..size {
+                    let (ray, what) = (&rays[k], format!("{} {seed} {size} {k} {:?}", isa.name(), rays[k]));
+                    assert_eq!(bits(found[k]), bits(scene.intersect::<Robust>(ray)), "{what}");
+                    assert_eq!(occluded[k], found[k].is_some(), "{what}");
+                    let blocked = scene.blocked::<Robust>(ray, &mut behind);
+                    let expected = match (blocked, behind.is_empty()) {
+                        (true, _) => Way::Blocked,
+                        (_, true) => Way::Clear,
+                        _ => Way::Glass,
+                    };
+                    assert!(seen[k] == expected || seen[k] == Way::Unknown, "{what}: {:?} is {expected:?}", seen[k]);
+                    if !blocked {
+                        scene.glass_along::<Robust>(ray, &mut glass);
+                        assert_eq!(glass, behind, "{what}");
+                    }
+                    hits += usize::from(occluded[k]);
+                    if let Some(of) = [Way::Clear, Way::Blocked, Way::Glass].iter().position(|way| *way == seen[k]) {
+                        ways[of] += 1;
+                    }
+                }
+            }
+        }
+        assert!(hits > 1_500 && ways.iter().all(|&n| n > 200), "{hits} hits, {ways:?}");
+    }
+    std::fs::remove_file(file).ok();
 }

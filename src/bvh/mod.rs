@@ -6,6 +6,7 @@
 //!
 //! Traversal is written once over vectors of eight lanes and compiled for every instruction set in `simd`.
 
+mod balls;
 mod bins;
 mod build;
 mod collapse;
@@ -17,8 +18,11 @@ mod simd;
 mod split;
 mod triangles;
 
+pub use balls::{BallRows, Near};
 pub use kernels::{BoxTest, Packets, TreeKernels};
-pub use simd::{Counted, Isa, IsaError, Lanes, LeafVisitor, PACKET, RaySet, Task};
+pub use simd::{
+    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RaySet, Room, Slabs, Task, Wide,
+};
 pub use triangles::{BlockTest, PacketRoom, TriangleBlock, TriangleHit, Triangles};
 
 use crate::geometry::Aabb;

@@ -43,5 +43,5 @@ pub use kernels::{Classic, Fast, Kernels, Reference, Robust};
 pub use plane::{plane_intersect, plane_surface, plane_uv, quad_intersect, quad_uv};
 pub use ray::{Hit, Ray};
 pub use slab::{PaddedSlab, PlainSlab, Slab, WideSlab};
-pub use sphere::{sphere_intersect, sphere_surface, sphere_uv};
+pub use sphere::{leaves_sphere, sphere_intersect, sphere_surface, sphere_uv};
 pub use triangle::{TriangleRay, triangle_surface};

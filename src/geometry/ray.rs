@@ -71,6 +71,12 @@ impl Hit {
         self.t * (1.0 + SAME_PLACE)
     }
 
+    /// Whether this hit is in the same place as one with another object, which comes first or not by its number.
+    #[inline(always)]
+    pub fn ties(&self, other: &Hit) -> bool {
+        (self.object != other.object) & ((self.t - other.t).abs() <= other.t * SAME_PLACE)
+    }
+
     /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same object at the
     /// same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is seen, not specks of
     /// both, and the winner does not depend on the order of traversal.
@@ -79,11 +85,11 @@ impl Hit {
     /// after (three faces within 2⁻⁴⁴ of t, yet not within 2⁻⁴⁵), each may beat another one, and the first asked decides
     /// which two are compared. Any of them is a right answer, since they are one place; and pictures stay reproducible because the
     /// order is a function of ray and scene: that of the objects in small scenes, alone and in packets; that of the tree
-    /// in others, where there are no packets of objects, and the tree is the same for any number of threads.
+    /// in others, where rays with a tie leave the packet, and the tree is the same for any number of threads.
     #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
         // Without branches, so that loops over rays become vector code.
-        let same_place = (self.object != other.object) & ((self.t - other.t).abs() <= other.t * SAME_PLACE);
+        let same_place = self.ties(other);
         let before = (self.t < other.t) | ((self.t == other.t) & (self.primitive < other.primitive));
         (same_place & (self.object < other.object)) | (!same_place & before)
     }

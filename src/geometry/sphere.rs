@@ -12,6 +12,11 @@ use std::f64::consts::PI;
 /// from afar is first advanced to its closest approach.
 #[inline(always)]
 pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
+    if leaves_sphere(ray, centre, radius) { None } else { first_root(ray, centre, radius) }
+}
+
+#[inline(always)]
+fn first_root(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
     let d = ray.direction;
     let a = d.length_squared();
     let mut f = ray.origin - centre;
@@ -31,6 +36,20 @@ pub fn sphere_intersect(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
     let (near, far) = super::quadratic::roots(a, b, c, (a * disc).sqrt());
     let (near, far) = (near + t0, far + t0);
     if ray.contains(near) { Some(near) } else { (near <= ray.t_min && ray.contains(far)).then_some(far) }
+}
+
+/// Whether a ray starts outside of a sphere and goes away from it, as most do from the ball that they come from: there is no root then, and
+/// none of the divisions is needed.
+///
+/// With b > 0 and c >= 0 in [`first_root`], q is negative and so are both roots, or one is 0, however they are rounded; with b = 0 the discriminant is
+/// negative. The factor is more than the rounding of squares, and square roots are monotone.
+#[inline(always)]
+pub fn leaves_sphere(ray: &Ray, centre: DVec3, radius: f64) -> bool {
+    let f = ray.origin - centre;
+    let f2 = f.length_squared();
+    // Those that are far away are advanced first.
+    let near = f2 <= 64.0 * radius * radius;
+    near & (f2 >= radius * radius * (1.0 + 8.0 * f64::EPSILON)) & (f.dot(ray.direction) >= 0.0) & (ray.t_min >= 0.0)
 }
 
 /// The school formula in f32.
@@ -54,4 +73,37 @@ pub fn sphere_uv(p: DVec3) -> DVec2 {
     let n = p.normalize_or(DVec3::Y);
     // atan2(0, 0) is 0: the poles have a defined u.
     DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + n.y.clamp(-1.0, 1.0).asin() / PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::SplitMix64;
+
+    #[test]
+    fn a_ray_that_leaves_a_sphere_has_no_root_on_it() {
+        let mut rng = SplitMix64(51);
+        let (mut leaving, mut met) = (0, 0);
+        for i in 0..2_000_000 {
+            let size = 2f64.powi((rng.next_u64() % 40) as i32 - 20);
+            let mut vector = || DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+            let (centre, radius) = (vector() * size, vector().x.abs() + 1e-9);
+            // On the surface or a few ulps off it, in any direction or along it.
+            let normal = vector().normalize();
+            let off = 1.0 + [0.0, 1e-16, 3e-16, 1e-15, 2e-15, 1e-14, 1e-9, -1e-16, -1e-15][i % 9];
+            let mut direction = vector().normalize();
+            if i % 2 == 0 {
+                let along = (direction - normal * direction.dot(normal)).normalize();
+                direction = along + normal * [0.0, 1e-17, 1e-16, 1e-12, -1e-16][i % 5];
+            }
+            let ray = Ray::new(centre + normal * (radius * off), direction * [1.0, 1e-3, 7.0][i % 3]);
+            let root = first_root(&ray, centre, radius);
+            if leaves_sphere(&ray, centre, radius) {
+                assert_eq!(root, None, "{ray:?} {centre:?} {radius:?}");
+                leaving += 1;
+            }
+            met += u32::from(root.is_some());
+        }
+        assert!(leaving > 200_000 && met > 200_000, "{leaving} leave, {met} meet it");
+    }
 }

@@ -29,6 +29,8 @@ pub(super) struct Front {
     /// `u32::MAX` for none.
     pub object: [u32; CAPACITY],
     pub primitive: [u32; CAPACITY],
+    /// Which hits another object has been in the same place as.
+    pub tied: [u8; CAPACITY],
 }
 
 impl Front {
@@ -168,6 +170,7 @@ impl<const ANY_HIT: bool> Task for Keep<ANY_HIT> {
             front.object[i] = if wins { object } else { old.object };
             front.primitive[i] = if wins { hit.primitive } else { old.primitive };
             front.limit[i] = if wins { limit } else { front.limit[i] };
+            front.tied[i] |= u8::from(hit.ties(&old) & (old.object != u32::MAX));
         }
     }
 }

@@ -11,7 +11,7 @@ use std::marker::PhantomData;
 pub(super) struct Leaf {
     pub object: u32,
     /// Centre and radius, world space.
-    ball: Option<(DVec3, f64)>,
+    pub ball: Option<(DVec3, f64)>,
 }
 
 impl Leaf {

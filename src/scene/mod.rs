@@ -4,6 +4,7 @@ mod bound;
 mod camera;
 mod clearance;
 mod compile;
+mod crowd;
 mod front;
 mod leaf;
 mod light;
@@ -84,6 +85,8 @@ pub struct Scene {
     has_media: bool,
     /// Whether light may get through an object somewhere, for each; empty if it does through none.
     transmitting: Vec<bool>,
+    /// Whether light does not get through some object that has a box.
+    has_blockers: bool,
 }
 
 /// The objects and the tree over them: what only moving, adding or removing objects changes.

@@ -109,12 +109,16 @@ impl Scene {
         })
     }
 
-    /// Gives `hits` the first hit with each object that may let light through, in a scene of few objects.
+    /// Gives `hits` the first hit with each object that may let light through, in the order of [`Scene::blocked`].
     pub fn glass_along<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) {
-        debug_assert!(self.is_simple());
         hits.clear();
-        let glass = self.near(ray).filter(|&index| self.may_transmit(index));
-        hits.extend(glass.filter_map(|index| self.geometry.objects[index as usize].intersect::<K>(ray, index)));
+        let hits = std::cell::RefCell::new(hits);
+        self.any_object::<K, _>(ray, &|leaf| {
+            if self.may_transmit(leaf.object) {
+                hits.borrow_mut().extend(leaf.intersect::<K>(self.objects(), ray));
+            }
+            false
+        });
     }
 
     /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one

@@ -58,7 +58,7 @@ pub fn trace_tree(scene: &Scene, desc: &SceneDesc, point: DVec2) -> (Sample, Ray
 }
 
 /// Code without what the scene does not have: 1.08 times as fast without mirrors and glass, 1.01 to 1.03 without glass.
-/// Without textures it was no faster (0.99 to 1.00 of the time, meshes and sphereflake); smooth normals, meshes and the other shapes are
+/// Without textures it was no faster (0.96 to 1.04 of the time, meshes and sphereflake: noise); smooth normals, meshes and the other shapes are
 /// told apart once a packet (see `scene::Surfaces`), and lights are gone through once a packet, so nothing can be had there.
 fn for_scene<K: TreeKernels, R: Recorder>(scene: &Scene) -> Sampler<R> {
     match scene.render.shading {

@@ -24,7 +24,7 @@ pub use bins::add;
 pub use buffer::filled;
 pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
-pub use rays::{Doubles, Ends, Room};
+pub use rays::{Doubles, Ends, Room, Slabs};
 pub use set::RaySet;
 pub use slab::SlabLanes;
 pub use task::Task;

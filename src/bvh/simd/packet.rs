@@ -56,6 +56,10 @@ pub trait PacketVisitor: Sized {
     /// Takes rays that lie within `ends`. False if it can not.
     fn take(&mut self, room: &mut Room<Self::Rows>, ends: &Ends, extent: f64) -> bool;
 
+    /// Meets what is in no box. Lowers limits, and takes rays that it ends from `rays`.
+    #[inline(always)]
+    fn begin(&mut self, _room: &mut Room<Self::Rows>, _rays: &mut RaySet) {}
+
     /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several rays.
     fn cull<E: Wide>(&mut self, eight: E, beam: &Beam<E>, block: u32) -> u32;
 
@@ -74,7 +78,7 @@ pub trait PacketVisitor: Sized {
     /// Tests a block against one ray. True ends it.
     fn visit_one<E: Wide>(&mut self, eight: E, room: &mut Room<Self::Rows>, block: u32, ray: usize) -> bool;
 
-    /// Hands over what was found; with any hit, for those only that were ended.
+    /// Hands over what was found.
     fn finish(&mut self, room: &mut Room<Self::Rows>, ended: &RaySet, found: impl FnMut(usize, Self::Found));
 }
 
@@ -233,8 +237,9 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor>(
     // Rays that the visitor has not ended.
     let all = RaySet::first(room.together.count);
     let mut alive = all;
+    visitor.begin(room, &mut alive);
     let mut stack = [MaybeUninit::<Waiting>::uninit(); STACK];
-    stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: all, groups: all.groups::<W>() });
+    stack[0].write(Waiting { child: Child(0), distance: 0.0, rays: alive, groups: alive.groups::<W>() });
     let mut top = 1;
     while top > 0 {
         top -= 1;

@@ -1,0 +1,318 @@
+//! Rays that run alike through the tree over many objects.
+//!
+//! They share its nodes. A ball is met by eight rays at a time where several come near to it, other shapes as in small scenes (see
+//! `front`), meshes by the packets of their own trees.
+//!
+//! What a ray finds is what it finds alone. In chains of ties the order in which objects are asked decides (see [`Hit::beats`]), so rays
+//! that have met a tie of two objects are traced again, alone. Without a tie there is no chain: whatever lies within reach of the
+//! nearest hit is compared with it, or with something that is farther away by less than the reach.
+
+#![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
+
+use super::front::{DONE, Keep};
+use super::leaf::Leaf;
+use super::packet::{Packet, meet_shape, runs};
+use super::{Scene, Shape};
+use crate::bvh::{BallRows, Beam, Ends, Near, PACKET, PacketVisitor, RaySet, Room, Slabs, TreeKernels, Wide};
+use crate::geometry::{Hit, Ray, leaves_sphere};
+use glam::DVec3;
+use std::cell::{RefCell, RefMut};
+use std::marker::PhantomData;
+
+/// The closest hit is looked for.
+pub(super) const CLOSEST: u8 = 0;
+/// Any hit ends a ray.
+pub(super) const ANY: u8 = 1;
+/// Any hit with an opaque object ends a ray; hits with others are noted.
+pub(super) const OPAQUE: u8 = 2;
+
+/// What rays are traced with.
+pub(super) struct Source<'a> {
+    pub scene: &'a Scene,
+    pub packet: RefCell<&'a mut Packet>,
+}
+
+/// What is found for a ray.
+pub(super) struct Found {
+    /// The closest hit.
+    pub hit: Option<Hit>,
+    /// Whether another object has been in the same place as a hit.
+    pub tied: bool,
+    /// Whether a hit has ended the ray.
+    pub ended: bool,
+    /// Whether there is something in the way that may let light through.
+    pub glass: bool,
+}
+
+/// A packet on its way.
+pub(super) struct Crowd<'a, K, const SEARCH: u8> {
+    scene: &'a Scene,
+    /// The rays, in the order of the packet.
+    packet: RefMut<'a, &'a mut Packet>,
+    /// Rays with something in the way that may let light through.
+    glass: RaySet,
+    kernels: PhantomData<K>,
+}
+
+/// More than rounding to f32 takes away.
+const LONGER: f64 = 1.0 + 4.0 / 16_777_216.0;
+
+/// Rays that start farther apart than this part of the tree's extent share little of it.
+const APART: f64 = 0.2;
+
+/// So many rays of eight meet a ball one after the other.
+const ALONE: u32 = 2;
+
+/// Calls `visit` with the number of each bit.
+#[inline(always)]
+fn each(mut bits: u8, mut visit: impl FnMut(usize)) {
+    while bits != 0 {
+        visit(bits.trailing_zeros() as usize & 7);
+        bits &= bits - 1;
+    }
+}
+
+impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
+    /// Whether an object may let light through, if that matters.
+    #[inline(always)]
+    fn is_glass(&self, object: u32) -> bool {
+        SEARCH == OPAQUE && self.scene.may_transmit(object)
+    }
+
+    /// Meets an object that is no ball with some rays, and takes those from `rays` that are ended.
+    fn meet(&mut self, filled: usize, slabs: &mut Slabs, index: u32, rays: &mut RaySet) {
+        let (scene, is_glass) = (self.scene, self.is_glass(index));
+        let object = &scene.objects()[index as usize];
+        let asked = if is_glass { rays.without(&self.glass) } else { *rays };
+        let packet: &mut Packet = &mut self.packet;
+        let filled = filled.min(PACKET);
+        for i in 0..filled {
+            packet.near[i] = asked.contains(i).into();
+        }
+        let mut through = RaySet::NONE;
+        match &object.shape {
+            Shape::Mesh(mesh) if is_glass => packet.look_along_mesh::<K>(filled, object, mesh, |i| through.insert(i)),
+            Shape::Mesh(mesh) if SEARCH == CLOSEST => packet.meet_mesh::<K, false>(filled, index, object, mesh),
+            Shape::Mesh(mesh) => packet.meet_mesh::<K, true>(filled, index, object, mesh),
+            _ => {
+                let Packet { front, near, met, .. } = packet;
+                let tree = &scene.geometry.tree;
+                runs(&near[..filled], |range| {
+                    meet_shape::<K>(tree, object, range.clone(), front, met);
+                    if is_glass {
+                        range.filter(|&i| !met.t[i].is_nan()).for_each(|i| through.insert(i));
+                    } else if SEARCH == CLOSEST {
+                        tree.run(Keep::<false> { range, object: index }, met, front);
+                    } else {
+                        tree.run(Keep::<true> { range, object: index }, met, front);
+                    }
+                });
+            }
+        }
+        self.glass = self.glass.with(&through);
+        for i in 0..filled {
+            let limit = self.packet.front.limit[i];
+            if SEARCH == CLOSEST {
+                slabs.limit.0[i] = slabs.limit.0[i].min((limit * LONGER) as f32);
+            } else if limit == DONE {
+                rays.remove(i);
+            }
+        }
+    }
+
+    /// Meets a ball with eight rays from number `at` on, a bit each. Returns those that it ends.
+    #[inline(always)]
+    fn meet_ball(
+        &mut self,
+        slabs: &mut Slabs,
+        object: u32,
+        (centre, radius): (DVec3, f64),
+        at: usize,
+        mut eight: u8,
+    ) -> u8 {
+        let mut ended = 0;
+        let mut t = [f64::NAN; 8];
+        let front = &self.packet.front;
+        // Most of them come from this very ball.
+        let mut leaving = [false; 8];
+        for k in 0..8 {
+            leaving[k] = leaves_sphere(&front.ray(at + k), centre, radius);
+        }
+        for k in 0..8 {
+            eight &= !(u8::from(leaving[k]) << k);
+        }
+        if eight.count_ones() > ALONE {
+            for k in 0..8 {
+                #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
+                let met = match K::sphere(&front.ray(at + k), centre, radius) {
+                    Some(t) => t,
+                    None => f64::NAN,
+                };
+                t[k] = met;
+            }
+        } else {
+            each(eight, |k| {
+                #[allow(clippy::manual_unwrap_or)] // As above.
+                let met = match K::sphere(&front.ray(at + k), centre, radius) {
+                    Some(t) => t,
+                    None => f64::NAN,
+                };
+                t[k] = met;
+            });
+        }
+        each(eight, |k| {
+            let hit = Hit { t: t[k], object, primitive: 0, u: 0.0, v: 0.0 };
+            if !t[k].is_nan() && self.take(slabs, at + k, hit) {
+                ended |= 1 << k;
+            }
+        });
+        ended
+    }
+
+    /// Takes a hit of one ray. Whether that ends it.
+    #[inline(always)]
+    fn take(&mut self, slabs: &mut Slabs, i: usize, hit: Hit) -> bool {
+        if SEARCH == CLOSEST {
+            self.packet.offer(i, hit);
+            slabs.limit.0[i] = slabs.limit.0[i].min((self.packet.front.limit[i] * LONGER) as f32);
+            return false;
+        }
+        if self.is_glass(hit.object) {
+            self.glass.insert(i);
+            return false;
+        }
+        self.packet.front.limit[i] = DONE;
+        true
+    }
+}
+
+impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH> {
+    type Source = &'a Source<'a>;
+    type Rows = BallRows;
+    type Found = Found;
+    const ANY_HIT: bool = SEARCH != CLOSEST;
+    const LEAST: u32 = 16;
+    const SLACK: f32 = 0.0;
+
+    #[inline(always)]
+    fn is_fit(ray: &Ray, extent: f64) -> bool {
+        BallRows::is_fit(ray, extent)
+    }
+
+    #[inline(always)]
+    fn new(source: &'a Source<'a>) -> Self {
+        let Source { scene, packet } = source;
+        Self { scene, packet: packet.borrow_mut(), glass: RaySet::NONE, kernels: PhantomData }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, room: &mut Room<BallRows>, ends: &Ends, extent: f64) -> bool {
+        let wide = |[x, y, z]: [[f64; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
+        if wide(ends.origin) > APART * extent || !BallRows::take(room, extent) {
+            return false;
+        }
+        let together = &room.together;
+        let filled = together.filled.min(PACKET);
+        let front = &mut self.packet.front;
+        for axis in 0..3 {
+            front.origin[axis][..filled].copy_from_slice(&together.origin[axis].0[..filled]);
+            front.direction[axis][..filled].copy_from_slice(&together.direction[axis].0[..filled]);
+        }
+        front.t_min[..filled].copy_from_slice(&together.t_min.0[..filled]);
+        front.t_max[..filled].copy_from_slice(&together.t_max.0[..filled]);
+        front.limit[..filled].copy_from_slice(&together.t_max.0[..filled]);
+        front.t[..filled].fill(f64::INFINITY);
+        front.object[..filled].fill(u32::MAX);
+        front.primitive[..filled].fill(u32::MAX);
+        front.tied[..filled].fill(0);
+        true
+    }
+
+    #[inline(always)]
+    fn begin(&mut self, room: &mut Room<BallRows>, rays: &mut RaySet) {
+        // What ends a ray for good comes first.
+        for through in [false, true] {
+            for &plane in &self.scene.geometry.unbounded {
+                if self.is_glass(plane) == through {
+                    self.meet(room.together.filled, &mut room.slabs, plane, rays);
+                }
+            }
+        }
+    }
+
+    /// The leaf's own box has been met.
+    #[inline(always)]
+    fn cull<E: Wide>(&mut self, _e: E, _beam: &Beam<E>, _block: u32) -> u32 {
+        1
+    }
+
+    #[inline(always)]
+    fn visit_across<W: Wide>(
+        &mut self,
+        w: W,
+        room: &mut Room<BallRows>,
+        block: u32,
+        _slots: u32,
+        mut groups: u32,
+        rays: &mut RaySet,
+    ) {
+        let Leaf { object, ball } = self.scene.geometry.leaves[block as usize];
+        let Some(ball) = ball else { return self.meet(room.together.filled, &mut room.slabs, object, rays) };
+        let is_glass = self.is_glass(object);
+        while groups != 0 {
+            let group = groups.trailing_zeros() as usize % (PACKET / W::LANES);
+            groups &= groups - 1;
+            let (at, left) = (group * W::LANES, rays.group::<W>(group));
+            let asked = if is_glass { left & !self.glass.group::<W>(group) } else { left };
+            let Near { maybe, surely } = BallRows::near(w, room, ball, at);
+            let (mut maybe, surely) = (maybe & asked, if SEARCH == CLOSEST { 0 } else { surely & asked });
+            maybe &= !surely;
+            let mut ended = surely;
+            for part in 0..W::LANES / 8 {
+                let eight = (maybe >> (8 * part)) as u8;
+                if eight != 0 {
+                    let of_eight = self.meet_ball(&mut room.slabs, object, ball, at + 8 * part, eight);
+                    ended |= u32::from(of_eight) << (8 * part);
+                }
+            }
+            if is_glass {
+                self.glass.set_group::<W>(group, self.glass.group::<W>(group) | surely);
+            } else {
+                rays.set_group::<W>(group, left & !ended);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn visit_one<E: Wide>(&mut self, _e: E, room: &mut Room<BallRows>, block: u32, i: usize) -> bool {
+        let leaf = &self.scene.geometry.leaves[block as usize];
+        if self.is_glass(leaf.object) && self.glass.contains(i) {
+            return false;
+        }
+        let (objects, ray) = (self.scene.objects(), self.packet.front.ray(i & (PACKET - 1)));
+        let hit = if SEARCH == CLOSEST || leaf.ball.is_some() {
+            leaf.intersect::<K>(objects, &ray)
+        } else {
+            let any = Hit { t: 0.0, object: leaf.object, primitive: 0, u: 0.0, v: 0.0 };
+            objects[leaf.object as usize].occluded::<K>(&ray).then_some(any)
+        };
+        match hit {
+            Some(hit) => self.take(&mut room.slabs, i, hit),
+            None => false,
+        }
+    }
+
+    #[inline(always)]
+    fn finish(&mut self, room: &mut Room<BallRows>, ended: &RaySet, mut found: impl FnMut(usize, Found)) {
+        for i in 0..room.together.count.min(PACKET) {
+            let hit = if SEARCH == CLOSEST { self.packet.hit(i, self.scene.objects()) } else { None };
+            let of_ray = Found {
+                hit,
+                tied: self.packet.front.tied[i] != 0,
+                ended: ended.contains(i),
+                glass: self.glass.contains(i),
+            };
+            found(usize::from(room.together.number[i]), of_ray);
+        }
+    }
+}
