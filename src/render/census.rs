@@ -1,10 +1,10 @@
 //! Where the error of the whole picture is, and which pixels to refine for it.
 //!
 //! Everything that is added up over pixels is whole numbers, so that the sums do not depend on the order of tiles and
-//! threads, nor on how the film is cut into tiles.
+//! threads, nor on how the film is cut into tiles, and that a pixel is taken out again when it has changed.
 
 use super::map::Fit;
-use super::pixel::JUDGED;
+use super::scatter::JUDGED;
 
 /// Squared codes as whole numbers: 2^30 pixels of the largest error still fit.
 const SCALE: f64 = 65536.0;
@@ -50,19 +50,20 @@ impl Group {
     }
 }
 
-/// Numbers of a round, by tile and then of the film.
+/// Numbers of the film; or what a tile changes of them, which may be less than nothing: sums wrap around.
 #[derive(Clone, Debug)]
 pub(super) struct Census {
     /// Pixels of each group, and the squared error of all but those with one sample.
     groups: Vec<Tally>,
     /// Pixels of each class that had one sample and got more: how far the first was from their mean.
     checks: [Tally; CLASSES],
-    /// By how much pixels with more than one sample were expected to change when they got more, and have changed: squares.
+    /// By how much pixels with more than one sample were expected to change when they got more, and have changed: squares. What
+    /// happened in an earlier round counts half after each.
     expected: u64,
     changed: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Tally {
     pixels: u64,
     error: u64,
@@ -70,13 +71,17 @@ struct Tally {
 
 impl Tally {
     fn add(&mut self, squared_error: f64) {
-        self.pixels += 1;
-        self.error += whole(squared_error);
+        self.merge(Tally { pixels: 1, error: whole(squared_error) });
+    }
+
+    fn remove(&mut self, squared_error: f64) {
+        self.pixels = self.pixels.wrapping_sub(1);
+        self.error = self.error.wrapping_sub(whole(squared_error));
     }
 
     fn merge(&mut self, other: Tally) {
-        self.pixels += other.pixels;
-        self.error += other.error;
+        self.pixels = self.pixels.wrapping_add(other.pixels);
+        self.error = self.error.wrapping_add(other.error);
     }
 }
 
@@ -126,8 +131,13 @@ impl Census {
     /// A pixel that still has one sample, of this cost.
     pub fn unchecked(&mut self, fit: Fit, cost: f64) -> Group {
         let group = Group::of_class(class(fit), cost);
-        self.groups[usize::from(group.0)].pixels += 1;
+        self.groups[usize::from(group.0)].add(0.0);
         group
+    }
+
+    /// Takes a pixel out that was put in with this error (0 with one sample), since it is judged anew.
+    pub fn remove(&mut self, group: Group, error: f64) {
+        self.groups[usize::from(group.0)].remove(error);
     }
 
     /// A pixel got more samples: the expected and the observed square of its change.
@@ -139,11 +149,6 @@ impl Census {
         }
     }
 
-    /// A pixel that is as it was.
-    pub fn again(&mut self, group: Group, error: f64) {
-        self.groups[usize::from(group.0)].add(error);
-    }
-
     /// A pixel that had one sample and got more: the squared distance of the first from the mean.
     pub fn checked(&mut self, group: Group, distance2: f64) {
         if let Some((class, _)) = group.class() {
@@ -153,25 +158,16 @@ impl Census {
 
     /// Adds that of another tile.
     pub fn merge(&mut self, other: &Census) {
-        for (mine, its) in self.groups.iter_mut().zip(&other.groups) {
-            mine.merge(*its);
-        }
-        self.add_checks(other);
+        let (mine, its) = (self.groups.iter_mut().chain(&mut self.checks), other.groups.iter().chain(&other.checks));
+        mine.zip(its).for_each(|(mine, its)| mine.merge(*its));
         self.expected += other.expected;
         self.changed += other.changed;
     }
 
-    /// Takes over from an earlier round: checks, which hold for good, and comparisons, which count half after each round.
-    pub fn keep(&mut self, earlier: &Census) {
-        self.add_checks(earlier);
-        self.expected += earlier.expected / 2;
-        self.changed += earlier.changed / 2;
-    }
-
-    fn add_checks(&mut self, earlier: &Census) {
-        for (mine, its) in self.checks.iter_mut().zip(&earlier.checks) {
-            mine.merge(*its);
-        }
+    /// A round is over. Pixels stay what they are until they change, and checks hold for good.
+    pub fn age(&mut self) {
+        self.expected /= 2;
+        self.changed /= 2;
     }
 
     /// What the expected squared errors of pixels with more than one sample are to be multiplied with for all that they do
@@ -274,6 +270,11 @@ fn whole(squared_codes: f64) -> u64 {
 }
 
 impl Plan {
+    /// Whether pixels of this group are to get more samples.
+    pub fn refines(&self, group: Group) -> bool {
+        self.growth[usize::from(group.0)] > 1
+    }
+
     /// Samples that a pixel of this group is to have, which has `samples`.
     pub fn refine(&self, group: Group, samples: u32) -> u32 {
         match self.growth[usize::from(group.0)] {
@@ -370,10 +371,30 @@ mod tests {
         assert_eq!(plan.refine(group, 1), JUDGED);
         assert!((plan.single(group).unwrap() - 4.0).abs() < 0.2);
         // Checks hold for good.
-        let mut next = Census::default();
-        next.keep(&census);
-        next.unchecked(fit, 3.0);
-        assert!((next.error() - 2.0).abs() < 0.1);
+        census.age();
+        (0..990).for_each(|_| census.remove(group, 0.0));
+        assert!((census.error() - 2.0).abs() < 0.1);
+    }
+
+    #[test]
+    fn what_tiles_change_adds_up_to_what_counting_anew_says() {
+        let mut random = crate::math::SplitMix64(6);
+        let mut error = || f64::from(random.range(0.0, 40.0) as f32);
+        let (mut film, mut anew) = (Census::default(), Census::default());
+        for _ in 0..50 {
+            let (mut first, mut then) = (Census::default(), Census::default());
+            for _ in 0..10 {
+                let (before, after) = (error(), error());
+                let group = first.pixel(before, 4.0, true);
+                then.remove(group, before);
+                then.pixel(after, 8.0, true);
+                anew.pixel(after, 8.0, true);
+            }
+            // A tile may have less than before.
+            film.merge(&then);
+            film.merge(&first);
+        }
+        assert_eq!(film.groups, anew.groups);
     }
 
     #[test]

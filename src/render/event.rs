@@ -47,13 +47,15 @@ pub struct TileImage {
     pub rect: Rect,
     /// Pixels between the points of the lattice that is known, from the upper left corner on; 1 when all are.
     pub step: u32,
+    /// The points that are told here, by their numbers row by row; `None`: all of them. Where few have changed, these are told.
+    pub points: Option<Vec<u32>>,
     /// Linear radiance at the points, row by row. Pixels between them show that of the nearest point up and left.
     pub pixels: Vec<[f32; 3]>,
-    /// Samples at each point so far.
+    /// Samples at each of the points so far.
     pub samples: Vec<u32>,
-    /// Expected error of each pixel, 8-bit codes: root mean square over the channels. Empty as long as nothing can be said.
+    /// Expected error at each of the points, 8-bit codes: root mean square over the channels. Empty as long as nothing can be said.
     pub errors: Vec<f32>,
-    /// Samples at each point that were not finite. Empty if all are.
+    /// Samples at each of the points that were not finite. Empty if all are.
     pub non_finite: Vec<u32>,
 }
 
@@ -63,6 +65,7 @@ impl Default for TileImage {
         Self {
             rect: Rect::default(),
             step: 1,
+            points: None,
             pixels: Vec::new(),
             samples: Vec::new(),
             errors: Vec::new(),
@@ -77,9 +80,10 @@ impl TileImage {
         self.rect.width.div_ceil(self.step)
     }
 
-    /// The pixel of the film that is the point with this index: column and row.
+    /// The pixel of the film that is the point told at this index: column and row.
     pub fn place(&self, index: usize) -> (u32, u32) {
-        let (row, column) = (index as u32 / self.columns(), index as u32 % self.columns());
+        let point = self.points.as_ref().map_or(index as u32, |points| points[index]);
+        let (row, column) = (point / self.columns(), point % self.columns());
         (self.rect.x + column * self.step, self.rect.y + row * self.step)
     }
 }
@@ -100,8 +104,8 @@ pub struct TileStats {
     pub busy: Duration,
     /// When it was done, since the start of the render.
     pub done: Duration,
-    /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; `None` as long as
-    /// nothing can be said.
+    /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; of those that are told, if
+    /// these are not all. `None` as long as nothing can be said.
     pub squared_error: Option<ErrorChange>,
     /// Weight of the paths that were not followed, and of what lights may be wrong by that were not asked for: sum over the
     /// pixels, and that of the worst pixel. Times
@@ -109,7 +113,7 @@ pub struct TileStats {
     pub cut: Cut,
 }
 
-/// Sum over the pixels of a tile of their expected squared errors.
+/// Sum over pixels of a tile of their expected squared errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorChange {
     /// Before the pass; `None` if nothing could be said.

@@ -47,8 +47,15 @@ impl Film {
         self.pixels[y as usize * self.width as usize + x as usize]
     }
 
-    /// Puts a tile in its place.
+    /// Puts a tile in its place, or the points of it that are told.
     pub fn write(&mut self, tile: &TileImage) {
+        if tile.points.is_some() {
+            for (index, pixel) in tile.pixels.iter().enumerate() {
+                let (x, y) = tile.place(index);
+                self.pixels[y as usize * self.width as usize + x as usize] = *pixel;
+            }
+            return;
+        }
         let (w, rect, step) = (self.width as usize, tile.rect, tile.step as usize);
         let (width, height) = (rect.width as usize, rect.height as usize);
         for (row, line) in tile.pixels.chunks_exact(tile.columns() as usize).enumerate() {

@@ -5,8 +5,8 @@ use super::control::Control;
 use super::event::{RenderError, RenderEvent, TileStats};
 use super::map::Map;
 use super::pass::{COARSEST, Pass};
-use super::pixel::JUDGED;
 use super::round::Round;
+use super::scatter::JUDGED;
 use super::thin::thin;
 use super::tile::{BATCH, Batch, Rect, Tile, Traced, Tracer, is_valid_side};
 use crate::description::Filter;
@@ -232,7 +232,7 @@ impl Shared {
 #[derive(Default)]
 struct Gathering {
     tiles: Vec<Tile>,
-    /// Of the round under way.
+    /// Of the film.
     census: Census,
     /// Whether a tile was refined in the round under way.
     refined: bool,
@@ -303,7 +303,7 @@ impl Worker {
         for tile in tiles {
             let stats = TileStats { samples: tile.points(), busy, ..std::mem::take(&mut stats) };
             self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
-            self.traced(tile, 0, stats, batch)?;
+            self.traced(tile, 0, stats)?;
         }
         Ok(())
     }
@@ -314,7 +314,7 @@ impl Worker {
         self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
         let mut stats = TileStats::default();
         let before = Instant::now();
-        tile.remember(batch, pass);
+        tile.remember(pass);
         stats.busy += before.elapsed();
         let traced = tile.trace(self.tracer(), pass, batch, &mut stats);
         match traced {
@@ -323,20 +323,20 @@ impl Worker {
             Traced::Part if matches!(pass, Pass::Lattice { .. }) => return Err(Leave),
             Traced::Part | Traced::Whole => {}
         }
-        self.traced(tile, number, stats, batch)?;
+        self.traced(tile, number, stats)?;
         if traced == Traced::Part { Err(Leave) } else { Ok(()) }
     }
 
     /// Reports a tile after a pass of the list, and passes it on.
-    fn traced(&self, mut tile: Tile, number: usize, mut stats: TileStats, batch: &Batch) -> Result<(), Leave> {
+    fn traced(&self, mut tile: Tile, number: usize, mut stats: TileStats) -> Result<(), Leave> {
         let shared = &*self.shared;
         let pass = shared.passes[number];
         let judging = Instant::now();
-        let mut image = tile.image();
-        if let Some((change, errors)) = tile.own_errors(batch, pass) {
+        let mut image = tile.image(None);
+        if let Some((change, errors)) = tile.own_errors(pass) {
             (stats.squared_error, image.errors) = (Some(change), errors);
         }
-        stats.cut = tile.cut();
+        stats.cut = tile.count_cut();
         stats.busy += judging.elapsed();
         stats.done = shared.begun.elapsed();
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
@@ -371,11 +371,8 @@ impl Worker {
         }
         let judging = Instant::now();
         tile.note(&round, batch, &mut census);
-        let mut image = tile.image();
-        if plan.is_some() {
-            let (change, errors) = tile.errors(&round, batch);
-            (stats.squared_error, image.errors) = (Some(change), errors);
-        }
+        let (image, change) = tile.refined(&round, batch);
+        stats.squared_error = change;
         stats.cut = tile.cut();
         stats.busy += judging.elapsed() + std::mem::take(&mut batch.untold);
         stats.done = shared.begun.elapsed();
@@ -417,16 +414,15 @@ impl Worker {
         if gathering.tiles.len() < shared.tiles {
             return Ok(());
         }
-        let census = std::mem::take(&mut gathering.census);
-        gathering.census.keep(&census);
         let mut plan = None;
         if number > 0 {
-            self.send(RenderEvent::Estimated { error: census.error() })?;
-            plan = census.plan(shared.target.unwrap_or_default()).map(Arc::new);
+            self.send(RenderEvent::Estimated { error: gathering.census.error() })?;
+            plan = gathering.census.plan(shared.target.unwrap_or_default()).map(Arc::new);
             if plan.is_none() {
                 return Err(Leave);
             }
         }
+        gathering.census.age();
         // The longest first, so that nobody waits long for the last.
         gathering.tiles.sort_by(|a, b| b.told().total_cmp(&a.told()));
         for tile in gathering.tiles.drain(..) {

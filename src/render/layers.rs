@@ -3,6 +3,16 @@
 use super::{Film, TileImage, View};
 use std::collections::BTreeMap;
 
+/// Replaces some values.
+fn put<T: Copy + Default>(values: &mut Vec<T>, points: &[u32], told: &[T]) {
+    for (point, value) in points.iter().zip(told) {
+        if values.len() <= *point as usize {
+            values.resize(*point as usize + 1, T::default());
+        }
+        values[*point as usize] = *value;
+    }
+}
+
 /// Samples of each pixel, how wrong it may be, and what was left out: what tiles have told last, as they told it, since it
 /// is seldom looked at.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +31,14 @@ impl Layers {
 
     /// Takes in what a tile tells.
     pub fn write(&mut self, tile: TileImage) {
-        self.tiles.insert((tile.rect.y, tile.rect.x), TileImage { pixels: Vec::new(), ..tile });
+        let at = (tile.rect.y, tile.rect.x);
+        if let (Some(points), Some(known)) = (&tile.points, self.tiles.get_mut(&at)) {
+            put(&mut known.samples, points, &tile.samples);
+            put(&mut known.errors, points, &tile.errors);
+            put(&mut known.non_finite, points, &tile.non_finite);
+            return;
+        }
+        self.tiles.insert(at, TileImage { pixels: Vec::new(), ..tile });
     }
 
     /// Samples of the pixel in column `x`, row `y`.
@@ -56,5 +73,52 @@ impl Layers {
             }
         }
         Some(Film::of_pixels(self.width, self.height, pixels))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::Rect;
+
+    #[test]
+    fn points_that_are_told_alone_replace_those_and_no_others() {
+        let rect = Rect { x: 8, y: 8, width: 4, height: 2 };
+        let mut layers = Layers::new(12, 10);
+        let mut film = Film::new(12, 10);
+        let whole = TileImage {
+            rect,
+            pixels: vec![[0.25; 3]; 8],
+            samples: vec![1; 8],
+            errors: vec![2.0; 8],
+            ..TileImage::default()
+        };
+        film.write(&whole);
+        layers.write(whole);
+        let part = TileImage {
+            rect,
+            points: Some(vec![1, 6]),
+            pixels: vec![[0.5; 3], [0.75; 3]],
+            samples: vec![4, 16],
+            errors: vec![1.0, 0.5],
+            non_finite: vec![0, 3],
+            ..TileImage::default()
+        };
+        assert_eq!([part.place(0), part.place(1)], [(9, 8), (10, 9)]);
+        film.write(&part);
+        layers.write(part);
+        let all = (0..120).map(|at| (at % 12, at / 12));
+        for (x, y) in all {
+            let (red, samples, error, left_out) = match (x, y) {
+                (9, 8) => (0.5, 4, 1.0, 0.0),
+                (10, 9) => (0.75, 16, 0.5, 3.0),
+                (8.., 8..) => (0.25, 1, 2.0, 0.0),
+                _ => (0.0, 0, -1.0, 0.0),
+            };
+            let value = |view| layers.values(view).unwrap().pixel(x, y)[0];
+            assert_eq!(film.pixel(x, y)[0], red, "{x}, {y}");
+            assert_eq!(layers.samples(x, y), samples, "{x}, {y}");
+            assert_eq!((value(View::Error), value(View::NonFinite)), (error, left_out), "{x}, {y}");
+        }
     }
 }

@@ -1,8 +1,10 @@
 //! What the pixels of all tiles tell each other between two rounds.
 
 use super::pixel::Pixel;
+use super::scatter::Scatter;
 use super::tile::Rect;
 use crate::math::{linear_to_srgb_near, srgb_to_linear_near};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 /// What is seen in each pixel. Tiles write their pixels while they are traced, and all wait for that before
@@ -22,11 +24,27 @@ pub(super) struct Map {
     thin: Vec<u8>,
 }
 
+/// A colour: sRGB codes in 256ths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Codes([i32; 3]);
+
+impl Codes {
+    pub fn of(pixel: &Pixel) -> Self {
+        let mean = pixel.mean();
+        Self([mean.r, mean.g, mean.b].map(|c| (linear_to_srgb_near(c) * 65280.0 + 0.5) as i32))
+    }
+
+    /// Squared distance in codes, mean over the channels.
+    pub fn distance2(self, other: Self) -> f64 {
+        let sum: f64 = (0..3).map(|c| f64::from(self.0[c] - other.0[c]).powi(2)).sum();
+        sum / (3.0 * 65536.0)
+    }
+}
+
 /// What is seen in a pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
-    /// sRGB codes in 256ths.
-    codes: [i32; 3],
+    codes: Codes,
     /// Part of the hash of the ray tree; 0 where samples differ.
     tree: u16,
     /// Variance of the brightness of single samples.
@@ -34,32 +52,30 @@ pub(super) struct Look {
 }
 
 impl Look {
-    pub fn of(pixel: &Pixel) -> Self {
-        let mean = pixel.mean();
-        let codes = [mean.r, mean.g, mean.b].map(|c| (linear_to_srgb_near(c) * 65280.0 + 0.5) as i32);
-        let tree = (pixel.tree() >> 16) as u16 | u16::from(pixel.tree() != 0);
-        Self { codes, tree, variance: pixel.single_variance() }
+    pub fn of(pixel: &Pixel, scatter: &Scatter) -> Self {
+        let tree = (scatter.tree() >> 16) as u16 | u16::from(scatter.tree() != 0);
+        Self { codes: Codes::of(pixel), tree, variance: scatter.single_variance(pixel) }
     }
 
     /// All channels of one code.
     #[cfg(test)]
     pub fn grey(code: u8) -> Self {
-        Self { codes: [i32::from(code) * 256; 3], tree: 1, variance: 0.0 }
+        Self { codes: Codes([i32::from(code) * 256; 3]), tree: 1, variance: 0.0 }
     }
 
     fn pack(self) -> u64 {
-        let [r, g, b] = self.codes.map(|c| c as u64);
+        let [r, g, b] = self.codes.0.map(|c| c as u64);
         r << 48 | g << 32 | b << 16 | u64::from(self.tree)
     }
 
     fn unpack(word: u64, variance: f32) -> Self {
-        Self { codes: [48, 32, 16].map(|shift| (word >> shift) as u16 as i32), tree: word as u16, variance }
+        let codes = Codes([48, 32, 16].map(|shift| (word >> shift) as u16 as i32));
+        Self { codes, tree: word as u16, variance }
     }
 
     /// Squared distance in codes, mean over the channels.
     pub fn distance2(self, other: Self) -> f64 {
-        let sum: f64 = (0..3).map(|c| f64::from(self.codes[c] - other.codes[c]).powi(2)).sum();
-        sum / (3.0 * 65536.0)
+        self.codes.distance2(other.codes)
     }
 
     /// The same distance to what is seen if the part `share` of the pixel shows what a neighbour shows that is not seen here.
@@ -67,14 +83,14 @@ impl Look {
     /// The neighbour may itself be a mixture: of two lights a (that of this pixel) and b with the mean m and the variance s^2,
     /// b is a + (m - a) + s^2 / (m - a).
     pub fn distance2_to_mix(self, other: Self, share: f64) -> f64 {
-        let linear = |codes: [i32; 3]| codes.map(|code| srgb_to_linear_near(code as u16));
+        let linear = |codes: Codes| codes.0.map(|code| srgb_to_linear_near(code as u16));
         let (here, there) = (linear(self.codes), linear(other.codes));
         let apart = brightness(there) - brightness(here);
         let beyond = (1.0 + f64::from(other.variance) / (apart * apart).max(1e-12)).min(MOST_BEYOND);
         let square = |(c, (dark, bright)): (i32, (f64, f64))| {
             (255.0 * (linear_to_srgb_near(dark + share * beyond * (bright - dark)) - f64::from(c) / 65280.0)).powi(2)
         };
-        self.codes.into_iter().zip(here.into_iter().zip(there)).map(square).sum::<f64>() / 3.0
+        self.codes.0.into_iter().zip(here.into_iter().zip(there)).map(square).sum::<f64>() / 3.0
     }
 }
 
@@ -187,13 +203,16 @@ impl Map {
         Look::unpack(self.words[at].load(Ordering::Relaxed), variance)
     }
 
-    /// Whether a pixel or one of its neighbours was put down since this was asked last.
-    pub fn take_stale(&self, x: u32, y: u32) -> bool {
-        let stale = &self.stale[self.at(x, y)];
-        stale.load(Ordering::Relaxed) && {
-            stale.store(false, Ordering::Relaxed);
-            true
-        }
+    /// Which pixels of a row, from (x, y) on, were put down since this was asked last, they or one of their neighbours; the first of
+    /// them and the end, if there are any.
+    pub fn take_stale(&self, x: u32, y: u32, width: u32, stale: &mut Vec<bool>) -> Option<Range<usize>> {
+        let row = &self.stale[self.at(x, y)..][..width as usize];
+        let first = row.iter().position(|stale| stale.load(Ordering::Relaxed))?;
+        stale.clear();
+        stale.extend(row.iter().map(|stale| stale.load(Ordering::Relaxed)));
+        row[first..].iter().for_each(|stale| stale.store(false, Ordering::Relaxed));
+        let last = stale.iter().rposition(|stale| *stale)?;
+        Some(first..last + 1)
     }
 
     /// Looks at the pixels of a tile and around it.
@@ -208,7 +227,7 @@ impl Map {
             let row = &self.words[y * self.width as usize..][..self.width as usize];
             for x in around(rect.x, rect.width, self.width) {
                 let look = Look::unpack(row[x].load(Ordering::Relaxed), 0.0);
-                for (channel, code) in window.codes.iter_mut().zip(look.codes) {
+                for (channel, code) in window.codes.iter_mut().zip(look.codes.0) {
                     channel.push(code as f32);
                 }
                 window.trees.push(look.tree);
@@ -234,7 +253,16 @@ mod tests {
     #[test]
     fn only_what_was_put_down_and_its_neighbours_are_stale() {
         let map = Map::new(7, 5, Vec::new());
-        let take = || (0..35).filter(|i| map.take_stale(i % 7, i / 7)).collect::<Vec<u32>>();
+        let take = || {
+            let (mut stale, mut all) = (Vec::new(), Vec::new());
+            for (x, y, width) in (0..5).flat_map(|y| [(0, y, 3), (3, y, 4)]) {
+                if let Some(range) = map.take_stale(x, y, width, &mut stale) {
+                    assert!(stale[range.start] && stale[range.end - 1]);
+                    all.extend((0..width).filter(|i| stale[*i as usize]).map(|i| y * 7 + x + i));
+                }
+            }
+            all
+        };
         assert_eq!(take().len(), 35);
         assert!(take().is_empty());
         map.write(0, 4, Look::grey(1));
@@ -247,7 +275,7 @@ mod tests {
     fn a_neighbour_that_is_a_mixture_shows_what_it_is_mixed_with() {
         // A quarter of it is white on black: mean 1/4, variance 3/16.
         let grey = (crate::math::linear_to_srgb(0.25) * 65280.0).round() as i32;
-        let neighbour = Look { codes: [grey; 3], tree: 0, variance: 3.0 / 16.0 };
+        let neighbour = Look { codes: Codes([grey; 3]), tree: 0, variance: 3.0 / 16.0 };
         for share in [0.01, 0.1, 0.5] {
             let found = Look::grey(0).distance2_to_mix(neighbour, share).sqrt();
             let white = 255.0 * crate::math::linear_to_srgb(share);
@@ -261,7 +289,7 @@ mod tests {
         let map = Map::new(width, height, Vec::new());
         let mut random = crate::math::SplitMix64(8);
         for at in 0..width * height {
-            let codes = [0; 3].map(|_: i32| (random.unit() * 65280.0) as i32);
+            let codes = Codes([0; 3].map(|_: i32| (random.unit() * 65280.0) as i32));
             let look = Look { codes, tree: u16::from(random.unit() < 0.95), variance: 0.0 };
             map.write(at % width, at / width, look);
         }
@@ -280,7 +308,7 @@ mod tests {
                     let (mut contrast2, mut farthest, mut same) = (0.0f64, 0.0f64, here.tree != 0);
                     for (dx, dy) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
                         let (a, b) = (near(dx, dy), near(-dx, -dy));
-                        let line = [0, 1, 2].map(|c| a.codes[c] + b.codes[c] - here.codes[c]);
+                        let line = Codes([0, 1, 2].map(|c| a.codes.0[c] + b.codes.0[c] - here.codes.0[c]));
                         contrast2 = contrast2.max(here.distance2(Look { codes: line, ..here }));
                         farthest = farthest.max(here.distance2(a)).max(here.distance2(b));
                         same &= a.tree == here.tree && b.tree == here.tree;

@@ -1,6 +1,6 @@
 //! The order in which samples are traced.
 
-use super::pixel::JUDGED;
+use super::scatter::JUDGED;
 
 /// Which samples of every pixel are traced next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::convergence::Convergence;
 use super::forecast::{Eta, Forecast};
-use super::pixel::JUDGED;
+use super::scatter::JUDGED;
 use super::stopwatch::Stopwatch;
 use super::{Cut, Pass, RayCounts, Rect, RenderEvent};
 use crate::scene::Scene;

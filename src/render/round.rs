@@ -6,9 +6,10 @@
 //! second of paths that weigh less than 1/8, from fewer samples (multi-level Monte Carlo), would make it 10.0 and 67.5: too little
 //! for what it takes.
 
-use super::census::{Census, FALL, Plan};
+use super::census::{Census, FALL, Group, Plan};
 use super::map::{Fit, Look, Map};
-use super::pixel::{JUDGED, Pixel};
+use super::pixel::Pixel;
+use super::scatter::{JUDGED, Scatter};
 use super::thin::HITS;
 use crate::math::lowbias32;
 
@@ -22,6 +23,14 @@ pub(super) struct Round<'a> {
     pub plan: Option<&'a Plan>,
     /// The most samples a pixel may get.
     pub limit: u32,
+}
+
+/// A pixel of a tile.
+pub(super) struct Seen<'a> {
+    pub pixel: &'a Pixel,
+    pub scatter: &'a mut Scatter,
+    /// What the last census made of it.
+    pub group: &'a mut Group,
 }
 
 /// In round 1 one pixel of a square of this side is looked into. (With 16 at 1280x720 classes were known worse, and the demo
@@ -53,42 +62,50 @@ const SMOOTH: f32 = 4.0;
 const OTHER_TREE: f64 = 16.0;
 
 impl Round<'_> {
-    /// Samples that a pixel is to have after this round.
-    pub fn wanted(&self, pixel: &Pixel, x: u32, y: u32) -> u32 {
-        let traced = pixel.traced();
+    /// Whether a pixel may get samples in this round.
+    pub fn looks_into(&self, group: Group, x: u32, y: u32) -> bool {
+        match self.plan {
+            None => is_drawn(x, y) || self.map.first_look(x, y) > 0,
+            Some(plan) => plan.refines(group),
+        }
+    }
+
+    /// Samples that such a pixel is to have after it, which has `traced`.
+    pub fn wanted(&self, group: Group, traced: u32, x: u32, y: u32) -> u32 {
         let wanted = match self.plan {
             None if is_drawn(x, y) => JUDGED.max(self.map.first_look(x, y)),
             None => traced.max(self.map.first_look(x, y)),
-            Some(plan) => plan.refine(pixel.group, traced),
+            Some(plan) => plan.refine(group, traced),
         };
         wanted.min(self.limit)
     }
 
     /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
     /// was.
-    pub fn note(&self, pixel: &mut Pixel, before: u32, x: u32, y: u32, census: &mut Census) {
-        let look = Look::of(pixel);
+    pub fn note(&self, seen: &mut Seen, before: u32, (x, y): (u32, u32), census: &mut Census) {
+        let Seen { pixel, scatter, group } = seen;
+        let look = Look::of(pixel, scatter);
         let distance2 = self.map.look(x, y).distance2(look);
         let is_thin = self.map.first_look(x, y) > 0;
         // What thin objects hide until they are hit is no measure for other pixels.
-        if !is_thin && pixel.judged > 0.0 {
-            census.compare(f64::from(pixel.judged) * share_gained(before, pixel.traced()), distance2);
+        if !is_thin && scatter.judged > 0.0 {
+            census.compare(f64::from(scatter.judged) * share_gained(before, pixel.traced()), distance2);
         }
         if before == 1 && (self.plan.is_some() || is_drawn(x, y)) {
-            census.checked(pixel.group, distance2);
+            census.checked(**group, distance2);
         }
         self.map.write(x, y, look);
         // Pixels whose few samples say too little of their error are the ones that are not refined.
         let n = f64::from(pixel.traced());
         let doubt =
             (1.0 + OPTIMISM / n) * if is_thin { thin_doubt(n, f64::from(self.map.first_look(x, y))) } else { 1.0 };
-        pixel.own = (pixel.variance() * doubt) as f32;
+        scatter.own = (scatter.variance(pixel) * doubt) as f32;
     }
 
     /// Expected squared error of a pixel before this round.
-    pub fn error_before(&self, pixel: &Pixel) -> f64 {
-        let single = self.plan.and_then(|plan| plan.single(pixel.group));
-        single.unwrap_or_else(|| self.corrected(pixel.judged))
+    pub fn error_before(&self, scatter: &Scatter, group: Group) -> f64 {
+        let single = self.plan.and_then(|plan| plan.single(group));
+        single.unwrap_or_else(|| self.corrected(scatter.judged))
     }
 
     /// A squared error that pixels tell, as the last census takes it.
@@ -96,24 +113,21 @@ impl Round<'_> {
         f64::from(error) * self.plan.map_or(1.0, |plan| plan.correction)
     }
 
-    /// Puts a pixel into the census when all tiles have been traced. `fit`: if it is stale.
-    pub fn judge(&self, pixel: &mut Pixel, fit: Option<Fit>, x: u32, y: u32, census: &mut Census) {
-        let Some(fit) = fit else {
-            census.again(pixel.group, f64::from(pixel.judged));
-            return;
-        };
+    /// Puts a pixel into the census, when all tiles have been traced.
+    pub fn judge(&self, seen: &mut Seen, fit: Fit, (x, y): (u32, u32), census: &mut Census) {
+        let Seen { pixel, scatter, group } = seen;
         let traced = pixel.traced();
         if traced < JUDGED {
-            pixel.group = census.unchecked(fit, pixel.cost());
+            **group = census.unchecked(fit, scatter.cost(pixel));
             return;
         }
-        pixel.judged = (f64::from(pixel.own) + self.missed(pixel, fit, x, y)) as f32;
-        let work = pixel.cost() * f64::from(traced);
-        pixel.group = census.pixel(f64::from(pixel.judged), work, self.limit > traced);
+        scatter.judged = (f64::from(scatter.own) + self.missed(pixel, scatter.own, fit, x, y)) as f32;
+        let work = scatter.cost(pixel) * f64::from(traced);
+        **group = census.pixel(f64::from(scatter.judged), work, self.limit > traced);
     }
 
     /// Expected square of the error for what all samples of a pixel may have missed, as its neighbours show.
-    fn missed(&self, pixel: &Pixel, fit: Fit, x: u32, y: u32) -> f64 {
+    fn missed(&self, pixel: &Pixel, own: f32, fit: Fit, x: u32, y: u32) -> f64 {
         let n = f64::from(pixel.traced());
         let error = if fit.contrast2 > SMOOTH {
             self.map.look(x, y).distance2_to_mix(self.map.other(x, y, fit), MISSED / n)
@@ -122,7 +136,7 @@ impl Round<'_> {
         } else {
             return 0.0;
         };
-        let is_plain = f64::from(pixel.own) * n * n.sqrt() < 1.0;
+        let is_plain = f64::from(own) * n * n.sqrt() < 1.0;
         error * if is_plain { CORNER / n.sqrt() } else { 0.5 / n }
     }
 }

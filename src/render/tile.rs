@@ -1,12 +1,13 @@
 //! Rectangles of pixels and the sums that are gathered in them.
 
-use super::census::Census;
+use super::census::{Census, Group};
 use super::control::{Control, Wait};
 use super::event::{Cut, ErrorChange, TileImage, TileStats};
-use super::map::{Look, Map, Window};
+use super::map::{Codes, Look, Map, Window};
 use super::pass::{COARSEST, Pass};
-use super::pixel::{JUDGED, Pixel};
-use super::round::{Round, share_gained};
+use super::pixel::Pixel;
+use super::round::{Round, Seen, share_gained};
+use super::scatter::{JUDGED, Scatter};
 use crate::description::Filter;
 use crate::math::{sample_in_pixel, tent};
 use crate::scene::Scene;
@@ -61,8 +62,6 @@ pub(super) struct Batch {
     pixels: Vec<(u32, u32)>,
     samples: Vec<Sample>,
     scratch: Scratch,
-    /// What the pixels looked like before the pass.
-    looks: Vec<Look>,
     /// What is seen in and around a tile that is judged.
     window: Window,
     /// Which pixels of a row are to be judged anew.
@@ -113,16 +112,37 @@ pub struct Tile {
     /// The pixels of the finest lattice so far, row by row: what no pass has reached takes no memory and no time. (With all
     /// pixels from the beginning, an edit of the demo took 75 ms to be seen whole instead of 44.)
     pixels: Vec<Pixel>,
+    /// How the samples of each of them differ, if that is to be known.
+    scatters: Vec<Scatter>,
+    /// What the last census made of each of them; empty before the first. Rounds look at nothing else of most pixels. (With all
+    /// numbers of a pixel in one place, walking over them took about 5 % of the time of a render of the demo to an error of 1.)
+    groups: Vec<Group>,
+    /// What the pixels looked like after the last pass that is judged by what it changes.
+    codes: Vec<Codes>,
     /// Pixels between the points of that lattice; 1 when all are there.
     step: u32,
     /// What was last said of its squared error.
     told: Option<f64>,
+    /// Whether the error of each pixel has been told.
+    has_told_errors: bool,
+    /// What was not followed in its pixels.
+    cut: Cut,
 }
 
 impl Tile {
     /// A rectangle without samples.
     pub fn new(rect: Rect) -> Self {
-        Self { rect, pixels: Vec::new(), step: COARSEST, told: None }
+        Self {
+            rect,
+            pixels: Vec::new(),
+            scatters: Vec::new(),
+            groups: Vec::new(),
+            codes: Vec::new(),
+            step: COARSEST,
+            told: None,
+            has_told_errors: false,
+            cut: Cut::default(),
+        }
     }
 
     /// Columns and rows of the lattice.
@@ -131,16 +151,14 @@ impl Tile {
     }
 
     /// Makes room for the points of a lattice, the first or one finer than before.
-    fn refine(&mut self, step: u32) {
-        let (coarse, factor) = (std::mem::take(&mut self.pixels), (self.step / step) as usize);
+    fn refine(&mut self, step: u32, differences: bool) {
+        let factor = (self.step / step) as usize;
         let (coarse_columns, _) = self.size();
         self.step = step;
         let (columns, rows) = self.size();
-        self.pixels = vec![Pixel::default(); columns as usize * rows as usize];
-        for (row, line) in coarse.chunks(coarse_columns.max(1) as usize).enumerate() {
-            for (column, pixel) in line.iter().enumerate() {
-                self.pixels[row * factor * columns as usize + column * factor] = *pixel;
-            }
+        self.pixels = spread(&self.pixels, coarse_columns, (columns, rows), factor);
+        if differences {
+            self.scatters = spread(&self.scatters, coarse_columns, (columns, rows), factor);
         }
     }
 
@@ -175,7 +193,7 @@ impl Tile {
             let tile = &mut tiles[number];
             // Sums get their memory here, so that starting a render takes none.
             if tile.pixels.is_empty() || step < tile.step {
-                tile.refine(step);
+                tile.refine(step, tracer.differences);
             }
             let (Rect { x, y, .. }, (columns, rows)) = (tile.rect, tile.size());
             work.batch.wanted.clear();
@@ -197,30 +215,48 @@ impl Tile {
     pub(super) fn choose(&self, round: &Round, batch: &mut Batch) -> bool {
         let Rect { x, y, width, height } = self.rect;
         batch.wanted.clear();
-        for (row, column) in blocks(width, height) {
-            let at = row * width + column;
-            let traced = self.pixels[at as usize].traced();
-            let wanted = round.wanted(&self.pixels[at as usize], x + column, y + row);
-            if wanted > traced {
-                batch.wanted.push((at, traced, wanted));
+        blocks(width, height).for_each(|(row, column)| {
+            let (at, x, y) = (row * width + column, x + column, y + row);
+            let group = self.groups[at as usize];
+            if round.looks_into(group, x, y) {
+                let traced = self.pixels[at as usize].traced();
+                let wanted = round.wanted(group, traced, x, y);
+                if wanted > traced {
+                    batch.wanted.push((at, traced, wanted));
+                }
             }
-        }
+        });
         !batch.wanted.is_empty()
     }
 
     /// Traces the samples that are wanted.
     pub(super) fn trace_wanted(&mut self, tracer: Tracer, batch: &mut Batch, stats: &mut TileStats) -> Traced {
+        let cut = |tile: &Self, batch: &Batch| {
+            batch
+                .wanted
+                .iter()
+                .map(|&(at, ..)| tile.pixels[at as usize].cut())
+                .fold((0.0, 0.0f64), |(sum, largest), cut| (sum + cut, largest.max(cut)))
+        };
+        let before = cut(self, batch);
         let mut work = Work { tracer, batch, stats, start: Instant::now() };
         let tiles = std::slice::from_mut(self);
         let traced = work.add(tiles, 0);
-        work.end(tiles, traced)
+        let traced = work.end(tiles, traced);
+        let (sum, largest) = cut(self, batch);
+        if before.1 > 0.0 && before.1 >= self.cut.largest {
+            self.count_cut();
+        } else {
+            self.cut = Cut { sum: self.cut.sum + sum - before.0, largest: self.cut.largest.max(largest) };
+        }
+        traced
     }
 
     /// Puts down what all pixels look like.
     pub(super) fn write(&self, map: &Map) {
         let Rect { x, y, width, .. } = self.rect;
-        for (at, pixel) in (0..).zip(&self.pixels) {
-            map.begin(x + at % width, y + at / width, Look::of(pixel));
+        for (at, (pixel, scatter)) in (0..).zip(self.pixels.iter().zip(&self.scatters)) {
+            map.begin(x + at % width, y + at / width, Look::of(pixel, scatter));
         }
     }
 
@@ -228,32 +264,40 @@ impl Tile {
     pub(super) fn note(&mut self, round: &Round, batch: &Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
         for &(at, before, _) in &batch.wanted {
-            round.note(&mut self.pixels[at as usize], before, x + at % width, y + at / width, census);
+            round.note(&mut self.seen(at), before, (x + at % width, y + at / width), census);
         }
     }
 
-    /// Judges all pixels when all tiles have been traced.
+    /// One of its pixels.
+    fn seen(&mut self, at: u32) -> Seen<'_> {
+        let at = at as usize;
+        Seen { pixel: &self.pixels[at], scatter: &mut self.scatters[at], group: &mut self.groups[at] }
+    }
+
+    /// Judges the pixels that may be other than before, when all tiles have been traced.
     pub(super) fn judge(&mut self, round: &Round, batch: &mut Batch, census: &mut Census) {
-        let Rect { x, y, width, .. } = self.rect;
+        let Rect { x, y, width, height } = self.rect;
         let Batch { window, stale, .. } = batch;
-        let (mut sum, mut is_there) = (0.0, false);
-        for (row, line) in (0..).zip(self.pixels.chunks_mut(width as usize)) {
-            stale.clear();
-            stale.extend((x..x + width).map(|x| round.map.take_stale(x, y + row)));
-            if let Some(first) = stale.iter().position(|stale| *stale) {
-                let end = stale.iter().rposition(|stale| *stale).map_or(0, |last| last + 1);
-                if !std::mem::replace(&mut is_there, true) {
-                    round.map.look_around(self.rect, window);
-                }
-                window.fit(row as usize, first, end);
+        let is_first = self.groups.is_empty();
+        self.groups.resize(self.pixels.len(), Group::default());
+        let (mut change, mut is_there) = (0.0, false);
+        for row in 0..height {
+            let Some(range) = round.map.take_stale(x, y + row, width, stale) else { continue };
+            if !std::mem::replace(&mut is_there, true) {
+                round.map.look_around(self.rect, window);
             }
-            for ((column, pixel), stale) in (0..).zip(line).zip(&*stale) {
-                let fit = stale.then(|| window.fits[column as usize]);
-                round.judge(pixel, fit, x + column, y + row, census);
-                sum += f64::from(pixel.judged);
+            window.fit(row as usize, range.start, range.end);
+            for column in range.filter(|column| stale[*column]) {
+                let mut seen = self.seen(row * width + column as u32);
+                let before = f64::from(seen.scatter.judged);
+                if !is_first {
+                    census.remove(*seen.group, before);
+                }
+                round.judge(&mut seen, window.fits[column], (x + column as u32, y + row), census);
+                change += f64::from(seen.scatter.judged) - before;
             }
         }
-        self.told = Some(sum);
+        self.told = Some(self.told() + change);
     }
 
     /// What was last said of its squared error: about the work that it will be.
@@ -261,64 +305,100 @@ impl Tile {
         self.told.unwrap_or_default()
     }
 
-    /// The errors of all pixels and how their sum of squares has changed in a round that has a plan: what the last census
-    /// said, and of pixels that were traced what they say of themselves.
-    pub(super) fn errors(&self, round: &Round, batch: &Batch) -> (ErrorChange, Vec<f32>) {
-        let mut squares: Vec<f64> = self.pixels.iter().map(|pixel| round.error_before(pixel)).collect();
-        let before = squares.iter().sum();
-        for &(at, ..) in &batch.wanted {
-            squares[at as usize] = round.corrected(self.pixels[at as usize].own);
+    /// What a round has made of the tile: if these are few, the pixels that were traced. In rounds that have a plan errors are
+    /// told too, for the first time of all pixels, and how those of the traced ones have changed: from what the last census said to
+    /// what they say of themselves.
+    pub(super) fn refined(&mut self, round: &Round, batch: &Batch) -> (TileImage, Option<ErrorChange>) {
+        let traced = || batch.wanted.iter().map(|&(at, ..)| at as usize);
+        let is_part = self.has_told_errors == round.plan.is_some() && batch.wanted.len() < self.pixels.len() / 2;
+        let mut image = self.image(is_part.then(|| batch.wanted.iter().map(|&(at, ..)| at).collect()));
+        if round.plan.is_none() {
+            return (image, None);
         }
-        let change = ErrorChange { before: Some(before), now: squares.iter().sum() };
-        (change, squares.into_iter().map(|square| square.sqrt() as f32).collect())
+        self.has_told_errors = true;
+        let before = |at: usize| round.error_before(&self.scatters[at], self.groups[at]);
+        let now = |at: usize| round.corrected(self.scatters[at].own);
+        let root = |square: f64| square.sqrt() as f32;
+        image.errors = match is_part {
+            true => traced().map(|at| root(now(at))).collect(),
+            false => (0..self.pixels.len()).map(|at| root(before(at))).collect(),
+        };
+        if !is_part {
+            traced().for_each(|at| image.errors[at] = root(now(at)));
+        }
+        (image, Some(ErrorChange { before: Some(traced().map(before).sum()), now: traced().map(now).sum() }))
+    }
+
+    /// What was not followed in its pixels, counted anew.
+    pub(super) fn count_cut(&mut self) -> Cut {
+        self.cut = self
+            .pixels
+            .iter()
+            .map(Pixel::cut)
+            .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) });
+        self.cut
     }
 
     /// What was not followed in its pixels.
     pub(super) fn cut(&self) -> Cut {
-        self.pixels
-            .iter()
-            .map(Pixel::cut)
-            .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) })
+        self.cut
     }
 
-    /// Keeps what the pixels look like before a pass of all pixels.
-    pub(super) fn remember(&self, batch: &mut Batch, pass: Pass) {
-        batch.looks.clear();
-        if matches!(pass, Pass::Refine { to, .. } if to >= JUDGED) {
-            batch.looks.extend(self.pixels.iter().map(Look::of));
+    /// Sees to it that what the pixels look like is known before a pass of all pixels.
+    pub(super) fn remember(&mut self, pass: Pass) {
+        if self.codes.is_empty() && matches!(pass, Pass::Refine { to, .. } if to >= JUDGED) {
+            self.codes = self.pixels.iter().map(Codes::of).collect();
         }
     }
 
     /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too; and how
     /// the sum of their squares has changed.
-    pub(super) fn own_errors(&mut self, batch: &Batch, pass: Pass) -> Option<(ErrorChange, Vec<f32>)> {
+    pub(super) fn own_errors(&mut self, pass: Pass) -> Option<(ErrorChange, Vec<f32>)> {
         let Pass::Refine { from, to } = pass else { return None };
-        if batch.looks.is_empty() {
+        if self.codes.is_empty() {
             return None;
         }
         let gained = share_gained(from, to);
         let (mut now, mut errors) = (0.0, Vec::with_capacity(self.pixels.len()));
-        for (pixel, before) in self.pixels.iter().zip(&batch.looks) {
-            let error2 = before.distance2(Look::of(pixel)) / gained * (1.0 - gained);
+        for (pixel, codes) in self.pixels.iter().zip(&mut self.codes) {
+            let before = std::mem::replace(codes, Codes::of(pixel));
+            let error2 = before.distance2(*codes) / gained * (1.0 - gained);
             now += error2;
             errors.push(error2.sqrt() as f32);
         }
         Some((ErrorChange { before: self.told.replace(now), now }, errors))
     }
 
-    /// The pixels as they are known: those of the finest lattice so far, each the mean of its samples.
-    pub(super) fn image(&self) -> TileImage {
-        let all_finite = self.pixels.iter().all(|pixel| pixel.non_finite() == 0);
-        let of_all = |what: fn(&Pixel) -> u32| self.pixels.iter().map(what).collect();
-        TileImage {
-            rect: self.rect,
-            step: self.step,
-            pixels: self.pixels.iter().map(|pixel| pixel.mean().to_f32()).collect(),
-            samples: of_all(Pixel::traced),
-            errors: Vec::new(),
-            non_finite: if all_finite { Vec::new() } else { of_all(Pixel::non_finite) },
+    /// The pixels as they are known, each the mean of its samples: these, or all of the finest lattice so far.
+    pub(super) fn image(&self, points: Option<Vec<u32>>) -> TileImage {
+        let mut image = TileImage { rect: self.rect, step: self.step, ..TileImage::default() };
+        match &points {
+            None => image.take(self.pixels.iter()),
+            Some(points) => image.take(points.iter().map(|at| &self.pixels[*at as usize])),
+        }
+        TileImage { points, ..image }
+    }
+}
+
+impl TileImage {
+    fn take<'a>(&mut self, pixels: impl Iterator<Item = &'a Pixel> + Clone) {
+        self.pixels = pixels.clone().map(|pixel| pixel.mean().to_f32()).collect();
+        self.samples = pixels.clone().map(Pixel::traced).collect();
+        if pixels.clone().any(|pixel| pixel.non_finite() > 0) {
+            self.non_finite = pixels.map(Pixel::non_finite).collect();
         }
     }
+}
+
+/// The points of a lattice of this size, of which those of a coarser one are known.
+fn spread<T: Copy + Default>(coarse: &[T], coarse_columns: u32, (columns, rows): (u32, u32), factor: usize) -> Vec<T> {
+    let mut fine = vec![T::default(); columns as usize * rows as usize];
+    for (row, line) in coarse.chunks(coarse_columns.max(1) as usize).enumerate() {
+        for (column, point) in line.iter().enumerate() {
+            fine[row * factor * columns as usize + column * factor] = *point;
+        }
+    }
+    fine
 }
 
 /// Samples on their way into tiles.
@@ -388,9 +468,10 @@ impl Work<'_> {
         };
         stats.samples += batch.points.len() as u64;
         for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {
-            let pixel = &mut tiles[tile as usize].pixels[at as usize];
+            let Tile { pixels, scatters, .. } = &mut tiles[tile as usize];
+            let pixel = &mut pixels[at as usize];
             if *differences {
-                pixel.note(sample);
+                scatters[at as usize].note(pixel, sample);
             }
             if !pixel.add(sample) {
                 stats.non_finite += 1;
