@@ -318,3 +318,35 @@ fn among_many_objects_rays_that_run_alike_find_what_they_find_alone() {
     }
     std::fs::remove_file(file).ok();
 }
+
+#[test]
+fn rays_from_very_far_away_find_together_what_they_find_alone() {
+    let mut rng = SplitMix64(66);
+    let mut desc = SceneDesc::default();
+    for _ in 0..200 {
+        let mut v = || v(rng.range(-0.5, 0.5), rng.range(-0.5, 0.5), rng.range(-0.5, 0.5));
+        desc.objects.push(sphere(v(), 0.02, "white"));
+    }
+    desc.materials.push(flat("white", Rgb::WHITE));
+    let mut scratch = PacketScratch::default();
+    for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+        let scene = compile_for(&desc, None, isa).unwrap();
+        let (mut met, mut rng) = (0, SplitMix64(67));
+        for round in 0..300 {
+            let (from, wide) = (10f64.powi(2 + round % 7), [1e-5, 1e-3, 0.1][round as usize % 3]);
+            // Near the upper side of a ball, where boxes end.
+            let ball = &desc.objects[rng.next_u64() as usize % 200];
+            let top = ball.translate + v(0.0, 0.02, 0.0);
+            let rays: Vec<Ray> =
+                (0..64).map(|_| Ray::new(v(top.x, top.y - rng.unit() * wide, from), DVec3::NEG_Z)).collect();
+            let mut found = vec![None; rays.len()];
+            scene.intersect_packet::<Robust>(&rays, &mut found, &mut scratch);
+            for (ray, found) in rays.iter().zip(found) {
+                let alone = scene.intersect::<Robust>(ray);
+                assert_eq!(bits(found), bits(alone), "{} {round} {ray:?}", isa.name());
+                met += usize::from(found.is_some());
+            }
+        }
+        assert!(met > 3_000, "{met} hits");
+    }
+}

@@ -38,6 +38,7 @@ impl Layers {
             put(&mut known.non_finite, points, &tile.non_finite);
             return;
         }
+        debug_assert!(tile.points.is_none(), "the first that a tile tells is all of it");
         self.tiles.insert(at, TileImage { pixels: Vec::new(), ..tile });
     }
 

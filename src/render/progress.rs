@@ -140,8 +140,8 @@ impl Progress {
                 self.rays += stats.rays;
                 self.non_finite += stats.non_finite;
                 self.overfull += stats.overfull;
-                if let Some(at) = tile.non_finite.iter().position(|samples| *samples > 0) {
-                    let pixel = tile.place(at);
+                let of_tile = (0..tile.non_finite.len()).filter(|at| tile.non_finite[*at] > 0).map(|at| tile.place(at));
+                if let Some(pixel) = of_tile.min_by_key(|(x, y)| (*y, *x)) {
                     let earlier = self.first_non_finite.filter(|first| (first.1, first.0) < (pixel.1, pixel.0));
                     self.first_non_finite = earlier.or(Some(pixel));
                 }

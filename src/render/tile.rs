@@ -247,7 +247,7 @@ impl Tile {
         if before.1 > 0.0 && before.1 >= self.cut.largest {
             self.count_cut();
         } else {
-            self.cut = Cut { sum: self.cut.sum + sum - before.0, largest: self.cut.largest.max(largest) };
+            self.cut = Cut { sum: (self.cut.sum + sum - before.0).max(0.0), largest: self.cut.largest.max(largest) };
         }
         traced
     }

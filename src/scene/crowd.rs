@@ -60,6 +60,9 @@ const LONGER: f64 = 1.0 + 4.0 / 16_777_216.0;
 /// Rays that start farther apart than this part of the tree's extent share little of it.
 const APART: f64 = 0.2;
 
+/// Rays that start farther away, in extents of the tree, are traced alone.
+const FAR: f64 = 8.0;
+
 /// So many rays of eight meet a ball one after the other.
 const ALONE: u32 = 2;
 
@@ -208,7 +211,9 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     #[inline(always)]
     fn take(&mut self, room: &mut Room<BallRows>, ends: &Ends, extent: f64) -> bool {
         let wide = |[x, y, z]: [[f64; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
-        if wide(ends.origin) > APART * extent || !BallRows::take(room, extent) {
+        let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
+        // From afar the pads of boxes would be as large as what is in them.
+        if wide(ends.origin) > APART * extent || farthest > FAR * extent || !BallRows::take(room, extent) {
             return false;
         }
         let together = &room.together;
@@ -309,7 +314,8 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
             let of_ray = Found {
                 hit,
                 tied: self.packet.front.tied[i] != 0,
-                ended: ended.contains(i),
+                // A shape is met by eight rays at a time, some of which were not asked for.
+                ended: ended.contains(i) || (SEARCH != CLOSEST && self.packet.front.limit[i] == DONE),
                 glass: self.glass.contains(i),
             };
             found(usize::from(room.together.number[i]), of_ray);

@@ -36,7 +36,7 @@ impl Mesh {
             let mut numbers = HashMap::with_capacity(self.positions.len());
             let places: Vec<u32> = (0..)
                 .zip(&self.positions)
-                .map(|(i, place)| *numbers.entry(place.to_array().map(f32::to_bits)).or_insert(i))
+                .map(|(i, place)| *numbers.entry(place.to_array().map(|c| (c + 0.0).to_bits())).or_insert(i))
                 .collect();
             let mut parents: Vec<u32> = (0..places.len() as u32).collect();
             let triangles = || self.triangles.iter().map(|triangle| triangle.map(|i| places[i as usize]));

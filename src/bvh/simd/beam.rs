@@ -31,6 +31,7 @@ impl<E: Wide> Beam<E> {
         let mut rows = [0; 3];
         let zero = eight.splat(0.0);
         let mut beam = Self { rows, origin: [[zero; 3]; 2], reciprocal: [[zero; 3]; 2], t_min: zero };
+        let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         for axis in 0..3 {
             let [first, last] = slabs.reciprocal[axis].ends(wide, filled);
             let negative = last < 0.0;
@@ -39,9 +40,10 @@ impl<E: Wide> Beam<E> {
             }
             rows[axis] = 2 * axis + usize::from(negative);
             // Three roundings of the origin and its difference to a plane, the visitor's slack, and what `Slabs` pad for components that
-            // are almost zero; what else is rounded is relative to t and made up for below.
+            // are almost zero: these move a ray by 2^-40 of its way along the other axes. What else is rounded is relative to t and made up
+            // for below.
             let [low, high] = ends.origin[axis];
-            let pad = (low.abs().max(high.abs()) + extent) * 2f64.powi(-19);
+            let pad = (farthest + extent) * 2f64.powi(-19);
             let (low, high) = ((low - pad) as f32, (high + pad) as f32);
             let (to_near, to_far) = if negative { (low, high) } else { (high, low) };
             beam.origin[0][axis] = eight.splat(to_near);

@@ -234,7 +234,7 @@ pub struct SlabGroup<W: Wide> {
 impl<W: Wide> SlabGroup<W> {
     /// Which of them meet the box of a child, a bit each. `rows`: those of [`Slabs`].
     #[inline(always)]
-    pub fn meet(&self, w: W, rows: &[usize; 3], planes: &[[f32; 8]; 6], child: usize) -> u32 {
+    pub(super) fn meet(&self, w: W, rows: &[usize; 3], planes: &[[f32; 8]; 6], child: usize) -> u32 {
         let (mut enter, mut exit) = (self.t_min, self.limit);
         for axis in 0..3 {
             // SAFETY: rows are below 6 (`Beam::new`).
