@@ -141,7 +141,7 @@ fn render(args: &RenderArgs, begun: Instant) -> Result<ExitCode, Failure> {
     let seconds = Seconds {
         load: (opened.load_time + scene.summary.load_time).as_secs_f64(),
         build: (opened.build_time + scene.summary.build_time).as_secs_f64(),
-        first_picture: rendered.progress.first_picture.unwrap_or(rendered.time).as_secs_f64(),
+        first_picture: rendered.first_picture.as_secs_f64(),
         trace: rendered.time.as_secs_f64(),
         save: saving.elapsed().as_secs_f64(),
         total: begun.elapsed().as_secs_f64(),

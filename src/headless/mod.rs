@@ -25,6 +25,8 @@ pub struct Rendered {
     pub scale: Option<Scale>,
     /// What it took.
     pub progress: Progress,
+    /// Wall time from the start of the workers until every pixel had a sample.
+    pub first_picture: Duration,
     /// Wall time from the start of the workers to the last sample.
     pub time: Duration,
 }
@@ -92,7 +94,8 @@ pub fn render(
         progress.set_time_limit(limit);
         handle.finish_by(begun + limit);
     }
-    let mut time = Duration::ZERO;
+    // By the clocks of the workers: this thread may be late.
+    let (mut time, mut first_picture) = (Duration::ZERO, None);
     loop {
         let event = handle.next_event(PATIENCE);
         let now = Instant::now();
@@ -107,6 +110,9 @@ pub fn render(
                     RenderEvent::TileFinished { tile, stats, .. } => {
                         film.write(&tile);
                         time = time.max(stats.done);
+                        if progress.first_picture.is_some() {
+                            first_picture.get_or_insert(time);
+                        }
                         if let Some(layers) = &mut layers {
                             layers.write(tile);
                         }
@@ -137,5 +143,5 @@ pub fn render(
             (film, view.unit().map(|_| scale))
         }
     };
-    Ok(Rendered { film, scale, progress, time })
+    Ok(Rendered { film, scale, progress, first_picture: first_picture.unwrap_or(time), time })
 }
