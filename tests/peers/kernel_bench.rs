@@ -29,16 +29,17 @@ fn read_mesh(file: &str) -> Vec<[Vec3; 3]> {
     indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|w| positions[u32::from_le_bytes(w) as usize])).collect()
 }
 
-/// Rays as the kernels take them, and whether any hit will do. Like Embree's packets they are laid out before time is taken.
-fn read_rays(file: &str) -> (Vec<Ray>, bool) {
+/// Rays as f32, widened inside of the timed loop, and whether any hit will do.
+fn read_rays(file: &str) -> (Vec<[f32; 8]>, bool) {
     let words = words(file);
     let count = u32::from_le_bytes(words[1]) as usize;
-    let widened = |r: &[f32]| {
-        let [x, y, z, t_min, dx, dy, dz, t_max] = std::array::from_fn(|k| f64::from(r[k]));
-        Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), t_min, t_max }
-    };
-    let rays = floats(&words[4..4 + 8 * count]).chunks_exact(8).map(widened).collect();
+    let rays = floats(&words[4..4 + 8 * count]).chunks_exact(8).map(|c| std::array::from_fn(|k| c[k])).collect();
     (rays, u32::from_le_bytes(words[2]) == 1)
+}
+
+fn widened(r: &[f32; 8]) -> Ray {
+    let [x, y, z, t_min, dx, dy, dz, t_max] = r.map(f64::from);
+    Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), t_min, t_max }
 }
 
 #[cfg(unix)]
@@ -53,28 +54,30 @@ fn cpu_time() -> Duration {
     START.get_or_init(std::time::Instant::now).elapsed()
 }
 
-fn trace<K: TreeKernels>(tree: &Triangles, rays: &[Ray], any: bool, out: &mut [(f32, u32)]) {
+fn trace<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool, out: &mut [(f32, u32)]) {
     if any {
         for (ray, out) in rays.iter().zip(out) {
-            *out = if tree.occluded::<K>(ray) { (0.0, 0) } else { (f32::INFINITY, u32::MAX) };
+            *out = if tree.occluded::<K>(&widened(ray)) { (0.0, 0) } else { (f32::INFINITY, u32::MAX) };
         }
     } else {
         for (ray, out) in rays.iter().zip(out) {
-            *out = tree.intersect::<K>(ray).map_or((f32::INFINITY, u32::MAX), |h| (h.t as f32, h.triangle));
+            *out = tree.intersect::<K>(&widened(ray)).map_or((f32::INFINITY, u32::MAX), |h| (h.t as f32, h.triangle));
         }
     }
 }
 
 /// The same, as many rays at a time as packets take.
-fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[Ray], any: bool, out: &mut [(f32, u32)]) {
-    let mut room = PacketRoom::default();
+fn trace_packets<K: TreeKernels>(tree: &Triangles, rays: &[[f32; 8]], any: bool, out: &mut [(f32, u32)]) {
+    let (mut packet, mut room) = (Vec::with_capacity(PACKET), PacketRoom::default());
     for (rays, out) in rays.chunks(PACKET).zip(out.chunks_mut(PACKET)) {
+        packet.clear();
+        packet.extend(rays.iter().map(widened));
         if any {
             out.fill((f32::INFINITY, u32::MAX));
-            tree.occluded_packet::<K>(rays, &mut room, |k| out[k] = (0.0, 0));
+            tree.occluded_packet::<K>(&packet, &mut room, |k| out[k] = (0.0, 0));
         } else {
             let value = |hit: Option<TriangleHit>| hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t as f32, h.triangle));
-            tree.intersect_packet::<K>(rays, &mut room, |k, hit| out[k] = value(hit));
+            tree.intersect_packet::<K>(&packet, &mut room, |k, hit| out[k] = value(hit));
         }
     }
 }
@@ -92,7 +95,7 @@ fn main() {
     let stats = tree.stats();
     eprintln!("{stats:?}");
     println!("READY {} {} {}", seconds.as_secs_f64(), stats.bytes, triangles.len());
-    let mut loaded: Option<(String, Vec<Ray>, bool)> = None;
+    let mut loaded: Option<(String, Vec<[f32; 8]>, bool)> = None;
     for line in std::io::stdin().lock().lines().map_while(Result::ok) {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
