@@ -346,7 +346,7 @@ fn tell(report: &mut Report, own: Setting, sweep: &Sweep, outcomes: &[Outcome], 
         ));
     }
     report.notes.push(format!(
-        "Reference: {} numerics, depth {}, {} samples a pixel{}; its own error is at most about {} codes, {} of the \
+        "Reference: {} numerics, depth {}, {} samples a pixel{}; its own error is about {} codes, {} of the \
          smallest measured.",
         Numerics::Reference.name(),
         reference.max_depth,

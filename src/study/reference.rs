@@ -7,10 +7,12 @@ use crate::output::write_whole;
 use crate::render::{Film, Pass, RenderEvent, Settings};
 use crate::scene::{Scene, compile};
 use std::collections::BTreeSet;
+use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 /// A converged picture.
@@ -21,7 +23,7 @@ pub(super) struct Reference {
     pub samples: u32,
     /// Where its ray trees were cut.
     pub max_depth: u32,
-    /// Upper estimate of its own root mean square error, 8-bit codes.
+    /// Estimate of its own root mean square error, 8-bit codes.
     pub error: f64,
     /// Whether it was made earlier.
     pub cached: bool,
@@ -32,9 +34,6 @@ const PART: f64 = 0.1;
 
 /// The scene in `reference` numerics, with ray trees of this depth and so many samples that its own error is a tenth of
 /// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or the power of two up to `most` samples.
-///
-/// Its error is taken to be its distance from the same with half of the samples: of independent samples that is what is
-/// expected, and samples that complement each other as those of a Sobol' sequence do are better than that.
 pub(super) fn reference(
     desc: &SceneDesc,
     base: &Scene,
@@ -44,8 +43,8 @@ pub(super) fn reference(
     cache: &Path,
     console: &Console,
 ) -> Result<Reference, StudyError> {
-    // Half of the samples must be the end of a pass: from 16 on powers of two are.
-    let most = 1 << most.max(32).ilog2();
+    // A quarter of the samples must be the end of a pass: from 16 on powers of two are.
+    let most = 1 << most.max(64).ilog2();
     let file = cache.join(format!("reference-{:016x}.bin", key(desc, max_depth)?));
     let apart =
         |found: &Reference| probes.iter().filter_map(|probe| rmse(probe, &found.film)).fold(f64::INFINITY, f64::min);
@@ -57,22 +56,28 @@ pub(super) fn reference(
     loop {
         let render_desc = RenderDesc { numerics: Numerics::Reference, max_depth, samples, error: None, ..desc.render };
         let scene = Arc::new(compile(&SceneDesc { render: render_desc, ..desc.clone() }, Some(base))?);
-        let mut half = Film::new(scene.width, scene.height);
-        let mut told = Ok(());
-        let mut tiles = 0;
+        let begun = Instant::now();
+        let total = u64::from(samples) * u64::from(scene.width) * u64::from(scene.height);
+        // What it was with a quarter and with half of the samples.
+        let mut before = [4, 2].map(|part| (samples / part, Film::new(scene.width, scene.height)));
+        let (mut told, mut done) = (Ok(()), 0);
         let trial = render(&scene, Settings::default(), console, |event| {
-            if let RenderEvent::TileFinished { tile, pass, .. } = event {
-                tiles += 1;
-                if tiles % 64 == 0 {
-                    told = console.step(0, 0, format_args!("reference of {samples} samples"));
+            if let RenderEvent::TileFinished { tile, stats, pass, .. } = event {
+                done += stats.samples;
+                if told.is_ok() {
+                    told = console.step(0, 0, Part { samples, done, total, gone: begun.elapsed() });
                 }
-                if matches!(pass, Pass::Refine { to, .. } if *to == samples / 2) {
-                    half.write(tile);
+                let ends_here = |samples: u32| matches!(pass, Pass::Refine { to, .. } if *to == samples);
+                if let Some((_, film)) = before.iter_mut().find(|(samples, _)| ends_here(*samples)) {
+                    film.write(tile);
                 }
             }
         })?;
         told?;
-        let error = rmse(&trial.film, &half).unwrap_or(f64::INFINITY);
+        let [(_, quarter), (_, half)] = &before;
+        let distances =
+            [rmse(quarter, half), rmse(half, &trial.film)].map(|distance| distance.unwrap_or(f64::INFINITY));
+        let error = own_error(distances);
         let found = Reference { film: trial.film, samples, max_depth, error, cached: false };
         if is_enough(&found) || samples >= most {
             fs::create_dir_all(cache).map_err(|e| {
@@ -81,8 +86,39 @@ pub(super) fn reference(
             write_whole(&file, &store(&found))?;
             return Ok(found);
         }
-        samples = (4 * samples).min(most);
+        samples = (2 * samples).min(most);
     }
+}
+
+/// How far a reference is.
+struct Part {
+    samples: u32,
+    done: u64,
+    total: u64,
+    gone: Duration,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let part = self.done as f64 / self.total.max(1) as f64;
+        write!(f, "reference of {} samples, {:.0} %", self.samples, (100.0 * part).floor())?;
+        if part > 0.01 {
+            write!(f, ", about {:.0} s left", self.gone.as_secs_f64() * (1.0 - part) / part)?;
+        }
+        Ok(())
+    }
+}
+
+/// The root mean square error of a picture, from the distance of those with a quarter and half of its samples, and that of the last from
+/// itself.
+///
+/// With V(n) = c n^-p for the mean square of the error, and samples that do not know of the error of those before, the squares of these
+/// are V(n/4) - V(n/2) and V(n/2) - V(n), the first 2^p times the second. p is 1 for independent samples and larger for those
+/// that complement each other as those of a Sobol' sequence do; no more than 2 is believed.
+fn own_error([quarter, half]: [f64; 2]) -> f64 {
+    let falls = (quarter / half).powi(2);
+    // Not a number where nothing changes.
+    half / (if falls > 2.0 { falls.min(4.0) } else { 2.0 } - 1.0).sqrt()
 }
 
 /// A hash of everything that the picture depends on: the description, the models and pictures that it names, and this
@@ -195,6 +231,28 @@ mod tests {
         flipped[70] ^= 1;
         assert!(load_from(&flipped).is_none());
         assert!(load(&file, 16).is_none());
+    }
+
+    #[test]
+    fn the_error_of_a_picture_follows_from_what_its_samples_have_changed() {
+        for p in [1.0, 1.5, 2.0] {
+            let v = |n: f64| 9.0 * n.powf(-p);
+            let distance = |from: f64, to: f64| (v(from) - v(to)).sqrt();
+            let error = own_error([distance(256.0, 512.0), distance(512.0, 1024.0)]);
+            assert!((error / v(1024.0).sqrt() - 1.0).abs() < 1e-9, "{p}: {error}");
+        }
+        // What falls faster or slower than believed is taken for worse than it says; nothing that changes is no error.
+        assert_eq!(own_error([10.0, 1.0]), 3f64.sqrt().recip());
+        assert_eq!(own_error([1.0, 1.0]), 1.0);
+        assert_eq!(own_error([0.0, 0.0]), 0.0);
+        assert_eq!(own_error([f64::INFINITY; 2]), f64::INFINITY);
+    }
+
+    #[test]
+    fn how_far_a_reference_is_is_told_with_what_is_left() {
+        let part = |done| Part { samples: 1024, done, total: 1000, gone: Duration::from_secs(30) }.to_string();
+        assert_eq!(part(3), "reference of 1024 samples, 0 %");
+        assert_eq!(part(250), "reference of 1024 samples, 25 %, about 90 s left");
     }
 
     #[test]
