@@ -2,7 +2,9 @@
 
 use crate::bvh::Isa;
 use serde::Serialize;
+use std::io;
 use std::time::{SystemTime, UNIX_EPOCH};
+use xxhash_rust::xxh3::xxh3_64;
 
 /// The machine and its state.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -39,6 +41,11 @@ impl Machine {
             load: read("/proc/loadavg").split(' ').next().and_then(|load| load.parse().ok()),
         }
     }
+}
+
+/// A hash of this very program, whose results another one may not have.
+pub fn program() -> io::Result<u64> {
+    Ok(xxh3_64(&std::env::current_exe().and_then(std::fs::read)?))
 }
 
 /// This moment in UTC, as RFC 3339 writes it.

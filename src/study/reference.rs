@@ -1,5 +1,6 @@
 //! The picture that others are measured against, kept between studies.
 
+use super::machine::program;
 use super::metrics::rmse;
 use super::{Console, StudyError, render};
 use crate::description::{Numerics, RenderDesc, SceneDesc, ShapeDesc, TextureSource, builtin};
@@ -148,8 +149,7 @@ fn key(desc: &SceneDesc, max_depth: u32) -> io::Result<u64> {
         };
         hash = xxh3_64_with_seed(&content, hash);
     }
-    let program = std::env::current_exe().and_then(fs::read)?;
-    Ok(xxh3_64_with_seed(&program, hash))
+    Ok(xxh3_64_with_seed(&program()?.to_le_bytes(), hash))
 }
 
 fn is_asset(path: &Path) -> bool {

@@ -4,6 +4,7 @@ use super::sweep::{Row, Sweep};
 use super::trials::{Effort, PRESETS};
 use super::{EXPERIMENTS, Experiment};
 use crate::study::chart::{Axis, Chart, Data, Limit, Point, Series};
+use crate::study::machine::program;
 use crate::study::{Cell, Console, Report, StudyError, Table};
 use serde_json::{Value, json};
 use std::num::NonZeroUsize;
@@ -98,14 +99,20 @@ fn choose(ids: &[String]) -> Result<Vec<&'static Experiment>, StudyError> {
     ids.iter().map(named).collect()
 }
 
-/// What an earlier run of the same kind left behind.
+/// What an earlier run of the same kind, by this very program, left behind.
 fn resume(plan: &Plan, experiment: &Experiment) -> Option<Finding> {
     let text = std::fs::read_to_string(plan.out.join(format!("{}.json", file_name(experiment)))).ok()?;
     let mut json: Value = serde_json::from_str(&text).ok()?;
-    let same = json["glimt"] == env!("CARGO_PKG_VERSION") && json["settings"]["quick"] == plan.quick;
+    let settings = &json["settings"];
+    let same = settings["program"] == of_program()? && settings["quick"] == plan.quick;
     let sweeps = same.then(|| json["summary"]["sweeps"].take())?;
     let sweeps = serde_json::from_value(sweeps).ok()?;
     Some(Finding { id: experiment.id, title: experiment.title, sweeps })
+}
+
+/// What is written of the program that found something; `None` if it cannot be read.
+fn of_program() -> Option<String> {
+    program().ok().map(|hash| format!("{hash:016x}"))
 }
 
 fn file_name(experiment: &Experiment) -> String {
@@ -115,6 +122,7 @@ fn file_name(experiment: &Experiment) -> String {
 fn report(plan: &Plan, experiment: &Experiment, finding: &Finding) -> Report {
     let mut report = Report::new(file_name(experiment));
     report.set("quick", plan.quick);
+    report.set("program", of_program());
     report.set("oracle", experiment.oracle);
     report.summary = json!({ "holds": finding.holds(), "sweeps": finding.sweeps });
     report.notes.extend(alike(finding).map(str::to_owned));
@@ -267,7 +275,10 @@ mod tests {
         std::fs::write(&path, text.replace("codes that do not survive", "codes that were read")).unwrap();
         plan.resume = true;
         assert_eq!(run(&plan, &console, |_, _| Ok(())).unwrap()[0].sweeps[0].measure, "codes that were read");
-        // But not that of another kind of run.
+        // But not that of another program or another kind of run.
+        let of_other = std::fs::read_to_string(&path).unwrap().replace(&of_program().unwrap(), "0123456789abcdef");
+        std::fs::write(&path, of_other).unwrap();
+        assert_eq!(run(&plan, &console, |_, _| Ok(())).unwrap()[0].sweeps[0].measure, "codes that do not survive");
         plan.quick = false;
         assert_eq!(run(&plan, &console, |_, _| Ok(())).unwrap()[0].sweeps[0].measure, "codes that do not survive");
         plan.only = vec!["S99".to_owned()];
