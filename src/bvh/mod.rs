@@ -21,7 +21,8 @@ mod triangles;
 pub use balls::{BallRows, Near};
 pub use kernels::{BoxTest, Packets, TreeKernels};
 pub use simd::{
-    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RaySet, Room, Slabs, Task, Wide,
+    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RayRows, RaySet, Rays, Room, Slabs,
+    Task, Wide,
 };
 pub use triangles::{BlockTest, PacketRoom, TriangleBlock, TriangleHit, Triangles};
 

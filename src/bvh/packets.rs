@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::TriangleHit;
-use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, RaySet, Room, Row, Wide};
+use super::simd::{Beam, Doubles, Ends, ExactRays, PACKET, PacketVisitor, RayRows, RaySet, Room, Row, Wide};
 use super::triangles::TriangleBlock;
 use crate::geometry::{Ray, TriangleRay};
 
@@ -57,12 +57,10 @@ pub struct WatertightRows {
     t: Doubles,
     /// As in [`TriangleRay`], but for the axes above.
     shear: [Doubles; 3],
-    /// Weights of the nearest hit's corners, and those corners.
-    u: Doubles,
-    v: Doubles,
-    corners: [[Row; 3]; 3],
     /// Origins in the order of each ray's own axes.
     own_origin: [Doubles; 3],
+    /// The rays as they come.
+    rays: ExactRays,
 }
 
 impl Default for WatertightRows {
@@ -77,12 +75,50 @@ impl Default for WatertightRows {
             exact: RaySet::NONE,
             t: zero,
             shear: [zero; 3],
-            u: zero,
-            v: zero,
-            corners: [[row; 3]; 3],
             own_origin: [zero; 3],
+            rays: ExactRays::default(),
         }
     }
+}
+
+impl RayRows for WatertightRows {
+    #[inline(always)]
+    fn exact(&mut self) -> Option<&mut ExactRays> {
+        Some(&mut self.rays)
+    }
+}
+
+/// Rays that are decided together at the end.
+const TOGETHER: usize = 16;
+
+/// The triangles that some rays have met, side by side.
+struct Met {
+    /// By corner, and by axis in the order of the ray's.
+    corners: [[[f32; TOGETHER]; 3]; 3],
+    ids: [u32; TOGETHER],
+}
+
+/// (t, u, v) where rays meet triangles that they are known to meet.
+#[inline(always)]
+fn decide(
+    axes: [usize; 3],
+    [ox, oy, oz]: [&[f64; TOGETHER]; 3],
+    [sx, sy, sz]: [&[f64; TOGETHER]; 3],
+    [a, b, c]: &[[[f32; TOGETHER]; 3]; 3],
+) -> [[f64; TOGETHER]; 3] {
+    let [mut t, mut u, mut v] = [[0.0; TOGETHER]; 3];
+    for k in 0..TOGETHER {
+        let (origin, shear) = ([ox[k], oy[k], oz[k]], [sx[k], sy[k], sz[k]]);
+        let ray = TriangleRay::from_parts(axes, origin, shear, f64::NEG_INFINITY);
+        let corners = [[a[0][k], a[1][k], a[2][k]], [b[0][k], b[1][k], b[2][k]], [c[0][k], c[1][k], c[2][k]]];
+        #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
+        let hit = match ray.intersect_permuted(corners, f64::INFINITY) {
+            Some(hit) => hit,
+            None => (0.0, 0.0, 0.0),
+        };
+        (t[k], u[k], v[k]) = hit;
+    }
+    [t, u, v]
 }
 
 type WatertightRoom = Room<WatertightRows>;
@@ -172,8 +208,8 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
     /// The f64 test of one ray and one triangle: keeps the hit if it is the nearest. True if there is one.
     #[inline(always)]
     fn settle(&self, room: &mut WatertightRoom, i: usize, code: u32) -> bool {
-        let Room { together, slabs, rows } = room;
-        let ray = together.ray(i);
+        let Room { slabs, rows, .. } = room;
+        let ray = rows.rays.ray(i);
         let exact = TriangleRay::new(&ray);
         let old = rows.best.0[i].to_bits();
         let t_max = if old == NONE {
@@ -199,6 +235,57 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
             slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
         }
         true
+    }
+
+    /// Fetches the triangles that rays with the same axes have met, each once for all of a group.
+    #[inline(always)]
+    fn gather<W: Wide>(&self, w: W, best: &Row, at: usize, part: usize, met: &mut Met) {
+        let codes = best.group(w, at + part);
+        let mut left = w.lt(codes, w.splat(f32::from_bits(NONE)));
+        let zero = w.splat(0.0);
+        let (mut corners, mut ids) = ([[zero; 3]; 3], zero);
+        while left != 0 {
+            let code = best.0[(at + part + left.trailing_zeros() as usize) & (PACKET - 1)];
+            let of_code = w.splat(code);
+            let same = left & w.le(codes, of_code) & w.le(of_code, codes);
+            left &= !same;
+            let triangle = self.corners(code.to_bits(), self.axes);
+            for corner in 0..3 {
+                for k in 0..3 {
+                    corners[corner][k] = w.select(same, w.splat(triangle[corner][k]), corners[corner][k]);
+                }
+            }
+            ids = w.select(same, w.splat(f32::from_bits(self.id(code.to_bits()))), ids);
+        }
+        for corner in 0..3 {
+            for k in 0..3 {
+                w.store(corners[corner][k], &mut met.corners[corner][k][part..]);
+            }
+        }
+        let mut bits = [0.0; TOGETHER];
+        w.store(ids, &mut bits);
+        for k in 0..W::LANES {
+            met.ids[part + k] = bits[k].to_bits();
+        }
+    }
+
+    /// Fetches the triangle that a ray has met, and its numbers in the order of its own axes.
+    #[inline(always)]
+    fn gather_one(&self, rows: &mut WatertightRows, at: usize, k: usize, met: &mut Met) {
+        let i = (at + k) & (PACKET - 1);
+        let code = rows.best.0[i].to_bits();
+        if code == NONE {
+            return;
+        }
+        let ray = TriangleRay::new(&rows.rays.ray(i));
+        let triangle = self.corners(code, ray.axes);
+        for axis in 0..3 {
+            (rows.own_origin[axis].0[i], rows.shear[axis].0[i]) = (ray.origin[axis], ray.shear[axis]);
+            for corner in 0..3 {
+                met.corners[corner][axis][k] = triangle[corner][axis];
+            }
+        }
+        met.ids[k] = self.id(code);
     }
 
     #[inline(always)]
@@ -237,6 +324,43 @@ fn boxes<E: Wide>(e: E, block: &TriangleBlock) -> ([E::V; 3], [E::V; 3]) {
 fn ends<E: Wide>(e: E, a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [E::V; 2] {
     let (a, b, c) = (e.load(a), e.load(b), e.load(c));
     [e.min(e.min(a, b), c), e.max(e.max(a, b), c)]
+}
+
+/// Slopes and offsets of rays for some axes and a sign of the last one.
+///
+/// What is read and what is written are arguments of their own: see [`Task`](super::simd::Task).
+#[inline(always)]
+fn shear_all(
+    filled: usize,
+    [x, y, z]: [usize; 3],
+    sign: f64,
+    rays: &ExactRays,
+    [sx, sy, inverse]: &mut [Doubles; 3],
+    [slope_x, slope_y]: &mut [Row; 2],
+    [offset_x, offset_y]: &mut [Row; 2],
+) {
+    let (ox, oy, oz) = (&rays.origin[x].0, &rays.origin[y].0, &rays.origin[z].0);
+    let (dx, dy, dz) = (&rays.direction[x].0, &rays.direction[y].0, &rays.direction[z].0);
+    for i in 0..filled.min(PACKET) {
+        // As in [`TriangleRay::new`].
+        let of_z = 1.0 / dz[i];
+        let (of_x, of_y) = (dx[i] * of_z, dy[i] * of_z);
+        (sx.0[i], sy.0[i], inverse.0[i]) = (of_x, of_y, of_z);
+        (slope_x.0[i], slope_y.0[i]) = ((of_x * sign) as f32, (of_y * sign) as f32);
+        (offset_x.0[i], offset_y.0[i]) = ((of_x * oz[i] - ox[i]) as f32, (of_y * oz[i] - oy[i]) as f32);
+    }
+}
+
+/// [`depth_at`] in f32. With u = 2^-24: t is off by 2u|t d|, d and the product by u|t d| each, the origin by u|o|, and the sum by u times itself;
+/// |t d| is no more than the sum and |o|. Together 5u of both.
+#[inline(always)]
+fn depths<W: Wide>(w: W, origin: W::V, direction: W::V, t: W::V, extent: f32) -> [W::V; 2] {
+    let depth = w.mul_add(t, direction, origin);
+    // Beyond everything, and finite. What is not a number stays so.
+    let depth = w.max(w.splat(-1e30), w.min(w.splat(1e30), depth));
+    let least = w.splat(1e-13 * extent);
+    let pad = w.mul_add(w.add(w.abs(depth), w.abs(origin)), w.splat((5.5 * U) as f32), least);
+    [w.sub(depth, pad), w.add(depth, pad)]
 }
 
 /// Bounds of the depth at t, which may be that of a hit found along another axis: its rounding is relative to the extent.
@@ -280,7 +404,13 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn take(&mut self, Room { together, rows, .. }: &mut WatertightRoom, ends: &Ends, extent: f64) -> bool {
+    fn take<W: Wide>(
+        &mut self,
+        w: W,
+        Room { together, rows, .. }: &mut WatertightRoom,
+        ends: &Ends,
+        extent: f64,
+    ) -> bool {
         let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
         let z = if size(0) > size(1) {
             if size(0) > size(2) { 0 } else { 2 }
@@ -307,26 +437,18 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
         (self.extent, self.same_axes) = (extent, steepest < 1.0);
         let filled = together.filled.min(PACKET);
-        let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
         rows.best.0[..filled].fill(f32::from_bits(NONE));
         rows.exact = RaySet::NONE;
-        let [sx, sy, inverse] = &mut rows.shear;
-        for i in 0..filled {
-            inverse.0[i] = 1.0 / dz[i];
-        }
-        for (k, (axis, shear)) in [(x, sx), (y, sy)].into_iter().enumerate() {
-            let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
-            let (slope, offset) = (&mut rows.slope[k].0, &mut rows.offset[k].0);
-            for i in 0..filled {
-                let s = d[i] * inverse.0[i];
-                shear.0[i] = s;
-                slope[i] = (s * sign) as f32;
-                offset[i] = (s * oz[i] - o[i]) as f32;
-            }
-        }
-        for (t, [low, high]) in [(&together.t_min.0, &mut rows.start), (&together.t_max.0, &mut rows.end)] {
-            for i in 0..filled {
-                [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i], extent);
+        let WatertightRows { rays, shear, slope, offset, start, end, .. } = rows;
+        shear_all(filled, [x, y, z], sign, rays, shear, slope, offset);
+        let (oz, dz) = (&together.origin[z], &together.direction[z]);
+        let sign = w.splat(self.sign);
+        for at in (0..filled).step_by(W::LANES) {
+            let (oz, dz) = (w.mul(oz.group(w, at), sign), w.mul(dz.group(w, at), sign));
+            for (t, [low, high]) in [(&together.t_min, &mut *start), (&together.t_max, &mut *end)] {
+                let depth = depths(w, oz, dz, t.group(w, at), extent as f32);
+                w.store(depth[0], &mut low.0[at..]);
+                w.store(depth[1], &mut high.0[at..]);
             }
         }
         true
@@ -462,64 +584,44 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn finish(&mut self, room: &mut WatertightRoom, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
-        let Room { together, rows, .. } = room;
-        let count = together.count.min(PACKET);
+    fn finish<W: Wide>(
+        &mut self,
+        w: W,
+        Room { together, rows, .. }: &mut WatertightRoom,
+        ended: &RaySet,
+        mut found: impl FnMut(usize, Option<TriangleHit>),
+    ) {
         if ANY_HIT {
             return ended.each(|i| {
                 found(together.number[i].into(), Some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 }));
             });
         }
-        for i in 0..count {
-            let code = rows.best.0[i].to_bits();
-            if code == NONE {
-                continue;
-            }
-            let [a, b, c] = if self.same_axes {
-                self.corners(code, self.axes)
-            } else {
-                let ray = TriangleRay::new(&together.ray(i));
-                for k in 0..3 {
-                    (rows.own_origin[k].0[i], rows.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
+        let count = together.count.min(PACKET);
+        for at in (0..count).step_by(TOGETHER) {
+            let mut met = Met { corners: [[[0.0; TOGETHER]; 3]; 3], ids: [0; TOGETHER] };
+            if self.same_axes {
+                for part in (0..TOGETHER).step_by(W::LANES) {
+                    self.gather(w, &rows.best, at, part, &mut met);
                 }
-                self.corners(code, ray.axes)
-            };
-            for k in 0..3 {
-                rows.corners[0][k].0[i] = a[k];
-                rows.corners[1][k].0[i] = b[k];
-                rows.corners[2][k].0[i] = c[k];
-            }
-        }
-        let [x, y, z] = self.axes;
-        let WatertightRows { shear: [sx, sy, sz], corners: [a, b, c], own_origin, t, u, v, best, .. } = rows;
-        let [ox, oy, oz] =
-            if self.same_axes { [x, y, z].map(|axis| &together.origin[axis]) } else { own_origin.each_ref() };
-        let axes = self.axes;
-        for i in 0..together.filled.min(PACKET) {
-            let ray = TriangleRay::from_parts(
-                axes,
-                [ox.0[i], oy.0[i], oz.0[i]],
-                [sx.0[i], sy.0[i], sz.0[i]],
-                f64::NEG_INFINITY,
-            );
-            let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
-            let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
-            let c = [c[0].0[i], c[1].0[i], c[2].0[i]];
-            #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
-            let hit = match ray.intersect_permuted([a, b, c], f64::INFINITY) {
-                Some(hit) => hit,
-                None => (0.0, 0.0, 0.0),
-            };
-            (t.0[i], u.0[i], v.0[i]) = hit;
-        }
-        for i in 0..count {
-            let code = best.0[i].to_bits();
-            let hit = if code == NONE {
-                None
             } else {
-                Some(TriangleHit { t: t.0[i], triangle: self.id(code), u: u.0[i], v: v.0[i] })
-            };
-            found(usize::from(together.number[i]), hit);
+                for k in 0..TOGETHER {
+                    self.gather_one(rows, at, k, &mut met);
+                }
+            }
+            let WatertightRows { rays, shear: [sx, sy, sz], own_origin, best, .. } = &*rows;
+            let [x, y, z] = self.axes;
+            let origin = [&rays.origin[x], &rays.origin[y], &rays.origin[z]];
+            let [ox, oy, oz] = if self.same_axes { origin } else { own_origin.each_ref() };
+            let shear = [sx.some(at), sy.some(at), sz.some(at)];
+            let [t, u, v] = decide(self.axes, [ox.some(at), oy.some(at), oz.some(at)], shear, &met.corners);
+            for k in 0..TOGETHER.min(count - at) {
+                let hit = if best.0[at + k].to_bits() == NONE {
+                    None
+                } else {
+                    Some(TriangleHit { t: t[k], triangle: met.ids[k], u: u[k], v: v[k] })
+                };
+                found(usize::from(together.number[at + k]), hit);
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::packets::{WatertightPacket, WatertightRows};
 use super::plain_packets::{MoellerTrumborePacket, PlainRows};
-use super::simd::{Counted, Isa, Lanes, LeafVisitor, RaySet, Room, filled};
+use super::simd::{Counted, Isa, Lanes, LeafVisitor, RaySet, Rays, Room, filled};
 use super::{Bvh, BvhStats, EMPTY_SLOT, PACKET, Packets, TreeKernels};
 use crate::geometry::{Aabb, Ray, TriangleRay};
 use glam::Vec3;
@@ -122,7 +122,7 @@ impl Triangles {
     /// where up to [`PACKET`] rays run alike. Returns those of the first [`PACKET`] that were traced alone.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
-        rays: &[Ray],
+        rays: &(impl Rays + ?Sized),
         room: &mut PacketRoom,
         mut found: impl FnMut(usize, Option<TriangleHit>),
     ) -> RaySet {
@@ -130,15 +130,15 @@ impl Triangles {
             None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
                 let room = room.watertight.get_or_insert_default();
-                self.tree.traverse_packet::<WatertightPacket<false>>(rays, &self.blocks, room, &mut found)
+                self.tree.traverse_packet::<WatertightPacket<false>, _>(rays, &self.blocks, room, &mut found)
             }
             Some(Packets::MoellerTrumbore) => {
                 let room = room.plain.get_or_insert_default();
-                self.tree.traverse_packet::<MoellerTrumborePacket<false>>(rays, &self.blocks, room, &mut found)
+                self.tree.traverse_packet::<MoellerTrumborePacket<false>, _>(rays, &self.blocks, room, &mut found)
             }
         };
-        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {
-            found(i, self.intersect::<K>(ray));
+        for i in (0..rays.count()).filter(|&i| i >= PACKET || left.contains(i)) {
+            found(i, self.intersect::<K>(&rays.ray(i)));
         }
         left
     }
@@ -146,7 +146,7 @@ impl Triangles {
     /// The same with [`Triangles::occluded`]; `found` hears of those only that meet a triangle.
     pub fn occluded_packet<K: TreeKernels>(
         &self,
-        rays: &[Ray],
+        rays: &(impl Rays + ?Sized),
         room: &mut PacketRoom,
         mut found: impl FnMut(usize),
     ) -> RaySet {
@@ -155,15 +155,15 @@ impl Triangles {
             None => RaySet::first(PACKET),
             Some(Packets::Watertight) => {
                 let room = room.watertight.get_or_insert_default();
-                self.tree.traverse_packet::<WatertightPacket<true>>(rays, &self.blocks, room, &mut any)
+                self.tree.traverse_packet::<WatertightPacket<true>, _>(rays, &self.blocks, room, &mut any)
             }
             Some(Packets::MoellerTrumbore) => {
                 let room = room.plain.get_or_insert_default();
-                self.tree.traverse_packet::<MoellerTrumborePacket<true>>(rays, &self.blocks, room, &mut any)
+                self.tree.traverse_packet::<MoellerTrumborePacket<true>, _>(rays, &self.blocks, room, &mut any)
             }
         };
-        for (i, ray) in rays.iter().enumerate().filter(|(i, _)| *i >= PACKET || left.contains(*i)) {
-            if self.occluded::<K>(ray) {
+        for i in (0..rays.count()).filter(|&i| i >= PACKET || left.contains(i)) {
+            if self.occluded::<K>(&rays.ray(i)) {
                 found(i);
             }
         }

@@ -209,23 +209,22 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     }
 
     #[inline(always)]
-    fn take(&mut self, room: &mut Room<BallRows>, ends: &Ends, extent: f64) -> bool {
+    fn take<W: Wide>(&mut self, _w: W, room: &mut Room<BallRows>, ends: &Ends, extent: f64) -> bool {
         let wide = |[x, y, z]: [[f64; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
         let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         // From afar the pads of boxes would be as large as what is in them.
         if wide(ends.origin) > APART * extent || farthest > FAR * extent || !BallRows::take(room, extent) {
             return false;
         }
-        let together = &room.together;
-        let filled = together.filled.min(PACKET);
+        let (rays, filled) = (&room.rows.rays, room.together.filled.min(PACKET));
         let front = &mut self.packet.front;
         for axis in 0..3 {
-            front.origin[axis][..filled].copy_from_slice(&together.origin[axis].0[..filled]);
-            front.direction[axis][..filled].copy_from_slice(&together.direction[axis].0[..filled]);
+            front.origin[axis][..filled].copy_from_slice(&rays.origin[axis].0[..filled]);
+            front.direction[axis][..filled].copy_from_slice(&rays.direction[axis].0[..filled]);
         }
-        front.t_min[..filled].copy_from_slice(&together.t_min.0[..filled]);
-        front.t_max[..filled].copy_from_slice(&together.t_max.0[..filled]);
-        front.limit[..filled].copy_from_slice(&together.t_max.0[..filled]);
+        front.t_min[..filled].copy_from_slice(&rays.t_min.0[..filled]);
+        front.t_max[..filled].copy_from_slice(&rays.t_max.0[..filled]);
+        front.limit[..filled].copy_from_slice(&rays.t_max.0[..filled]);
         front.t[..filled].fill(f64::INFINITY);
         front.object[..filled].fill(u32::MAX);
         front.primitive[..filled].fill(u32::MAX);
@@ -308,7 +307,13 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     }
 
     #[inline(always)]
-    fn finish(&mut self, room: &mut Room<BallRows>, ended: &RaySet, mut found: impl FnMut(usize, Found)) {
+    fn finish<W: Wide>(
+        &mut self,
+        _w: W,
+        room: &mut Room<BallRows>,
+        ended: &RaySet,
+        mut found: impl FnMut(usize, Found),
+    ) {
         for i in 0..room.together.count.min(PACKET) {
             let hit = if SEARCH == CLOSEST { self.packet.hit(i, self.scene.objects()) } else { None };
             let of_ray = Found {

@@ -24,7 +24,7 @@ pub use bins::add;
 pub use buffer::filled;
 pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
-pub use rays::{Doubles, Ends, Room, Slabs};
+pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, Take, largest};
 pub use set::RaySet;
 pub use slab::SlabLanes;
 pub use task::Task;
