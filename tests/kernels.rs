@@ -247,9 +247,9 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
             let rays = alike(&triangles, size, &mut rng);
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                let left = tree.intersect_packet::<Robust>(&rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
+                let left = tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
                 together += usize::from(left.len() < rays.len() as u32);
-                tree.occluded_packet::<Robust>(&rays, &mut PacketRoom::default(), |k| occluded[k] = true);
+                tree.occluded_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{what} {i} {k} {} {ray:?}", isa.name());
@@ -276,8 +276,8 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
             let mut alone = vec![];
             for ray in &rays {
                 let (mut hit, mut any) = (None, false);
-                trees[0].1.intersect_packet::<Fast>(&[*ray], &mut PacketRoom::default(), |_, found| hit = found);
-                trees[0].1.occluded_packet::<Fast>(&[*ray], &mut PacketRoom::default(), |_| any = true);
+                trees[0].1.intersect_packet::<Fast>(&[*ray][..], &mut PacketRoom::default(), |_, found| hit = found);
+                trees[0].1.occluded_packet::<Fast>(&[*ray][..], &mut PacketRoom::default(), |_| any = true);
                 assert_eq!(any, hit.is_some(), "{what} {i} {ray:?}");
                 differ += usize::from(bits(hit) != bits(trees[0].1.intersect::<Fast>(ray)));
                 hits += usize::from(any);
@@ -399,8 +399,8 @@ fn triangles_seen_edge_on_are_met_together_as_alone() {
             let rays: Vec<Ray> = (0..PACKET).map(|_| Ray::new(eye, middle + unit(&mut rng) * spread - eye)).collect();
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                tree.intersect_packet::<Robust>(&rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
-                tree.occluded_packet::<Robust>(&rays, &mut PacketRoom::default(), |k| occluded[k] = true);
+                tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
+                tree.occluded_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{i} {k} {} {ray:?}", isa.name());

@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::TriangleHit;
-use super::simd::{Beam, Doubles, Ends, ExactRays, PACKET, PacketVisitor, RayRows, RaySet, Room, Row, Wide};
+use super::simd::{Beam, Doubles, Ends, ExactRays, PACKET, PacketVisitor, RayRows, RaySet, Room, Row, Wide, prefetch};
 use super::triangles::TriangleBlock;
 use crate::geometry::{Ray, TriangleRay};
 
@@ -452,6 +452,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
             }
         }
         true
+    }
+
+    #[inline(always)]
+    fn expect(&self, block: u32) {
+        prefetch(&self.blocks[block as usize]);
     }
 
     #[inline(always)]

@@ -1,7 +1,9 @@
 //! Rays that run alike against blocks of triangles, in f32.
 
 use super::TriangleHit;
-use super::simd::{Beam, Ends, PACKET, PacketVisitor, RayRows, RaySet, Room, Row, Wide, largest, of_group, ones};
+use super::simd::{
+    Beam, Ends, PACKET, PacketVisitor, RayRows, RaySet, Room, Row, Wide, largest, of_group, ones, prefetch,
+};
 use super::triangles::TriangleBlock;
 use crate::geometry::Ray;
 
@@ -190,6 +192,11 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
             w.store(w.mul(part, w.add(size, extent)), &mut rows.pad.0[at..]);
         }
         true
+    }
+
+    #[inline(always)]
+    fn expect(&self, block: u32) {
+        prefetch(&self.blocks[block as usize]);
     }
 
     #[inline(always)]

@@ -22,9 +22,12 @@ mod x86;
 pub use beam::Beam;
 pub use bins::add;
 pub use buffer::filled;
+pub use buffer::prefetch;
 pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
-pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, Take, largest};
+#[cfg(test)]
+pub use rays::Take;
+pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, largest};
 pub use set::RaySet;
 pub use slab::SlabLanes;
 pub use task::Task;

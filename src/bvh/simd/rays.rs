@@ -151,12 +151,12 @@ impl<S: Rays + ?Sized, R: RayRows> Task for Take<'_, S, R> {
                 (start, end) = (Some(t_min), Some(t_max));
             }
             column::<0, S>(rays, all, ox, x);
-            column::<1, S>(rays, all, oy, y);
-            column::<2, S>(rays, all, oz, z);
-            column::<6, S>(rays, all, t_min, start);
             column::<3, S>(rays, all, dx, p);
+            column::<1, S>(rays, all, oy, y);
             column::<4, S>(rays, all, dy, q);
+            column::<2, S>(rays, all, oz, z);
             column::<5, S>(rays, all, dz, r);
+            column::<6, S>(rays, all, t_min, start);
             column::<7, S>(rays, all, t_max, end);
             for i in 0..all {
                 number[i] = i as u8;
