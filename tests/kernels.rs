@@ -247,7 +247,8 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
             let rays = alike(&triangles, size, &mut rng);
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                let left = tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
+                let left =
+                    tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
                 together += usize::from(left.len() < rays.len() as u32);
                 tree.occluded_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {

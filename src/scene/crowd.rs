@@ -13,7 +13,7 @@ use super::front::{DONE, Keep};
 use super::leaf::Leaf;
 use super::packet::{Packet, meet_shape, runs};
 use super::{Scene, Shape};
-use crate::bvh::{BallRows, Beam, Ends, Near, PACKET, PacketVisitor, RaySet, Room, Slabs, TreeKernels, Wide};
+use crate::bvh::{BallRows, Beam, Ends, Near, PACKET, PacketVisitor, RaySet, Room, Slabs, TreeKernels, Wide, each_bit};
 use crate::geometry::{Hit, Ray, leaves_sphere};
 use glam::DVec3;
 use std::cell::{RefCell, RefMut};
@@ -65,15 +65,6 @@ const FAR: f64 = 8.0;
 
 /// So many rays of eight meet a ball one after the other.
 const ALONE: u32 = 2;
-
-/// Calls `visit` with the number of each bit.
-#[inline(always)]
-fn each(mut bits: u8, mut visit: impl FnMut(usize)) {
-    while bits != 0 {
-        visit(bits.trailing_zeros() as usize & 7);
-        bits &= bits - 1;
-    }
-}
 
 impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
     /// Whether an object may let light through, if that matters.
@@ -154,7 +145,8 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 t[k] = met;
             }
         } else {
-            each(eight, |k| {
+            each_bit(eight.into(), |k| {
+                let k = k & 7;
                 #[allow(clippy::manual_unwrap_or)] // As above.
                 let met = match K::sphere(&front.ray(at + k), centre, radius) {
                     Some(t) => t,
@@ -163,7 +155,8 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 t[k] = met;
             });
         }
-        each(eight, |k| {
+        each_bit(eight.into(), |k| {
+            let k = k & 7;
             let hit = Hit { t: t[k], object, primitive: 0, u: 0.0, v: 0.0 };
             if !t[k].is_nan() && self.take(slabs, at + k, hit) {
                 ended |= 1 << k;

@@ -27,8 +27,8 @@ pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
 #[cfg(test)]
 pub use rays::Take;
-pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, largest};
-pub use set::RaySet;
+pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, Together, largest};
+pub use set::{RaySet, each_bit};
 pub use slab::SlabLanes;
 pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};
