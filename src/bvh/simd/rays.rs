@@ -311,6 +311,11 @@ impl<W: Wide> Extremes<W> {
     fn hold(&mut self, w: W, v: W::V) {
         self.0 = [w.min(v, self.0[0]), w.max(v, self.0[1])];
     }
+
+    #[inline(always)]
+    fn ends(&self, w: W) -> [f32; 2] {
+        w.ends(self.0[0], self.0[1])
+    }
 }
 
 /// Factor on the entry that makes up for the relative errors of entry and exit.
@@ -326,7 +331,8 @@ impl Slabs {
     /// 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r o|, and 2u|r o| where pad and factor are
     /// applied. The pad is 8u|o| and the visitor's slack, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
     ///
-    /// Returns what holds all of them. In one pass, since the rows of a packet do not stay in the first cache.
+    /// Returns what holds all of them. In one pass, since the rows of a packet do not stay in the first cache. (To take rays in parts of 64 and to do
+    /// this for one part while the next one is fetched: 6 to 18 % slower.)
     #[inline(always)]
     pub fn take<W: Wide>(&mut self, w: W, together: &Together, slack: f32, extent: f64) -> Ends {
         let slack = slack * U + 2f32.powi(-37);
@@ -357,11 +363,10 @@ impl Slabs {
             w.store(w.max(w.mul_sub(start, factor, tiny), zero), &mut self.t_min.0[at..]);
             w.store(w.add(end, w.mul_add(w.abs(end), wider, tiny)), &mut self.limit.0[at..]);
         }
-        let of = |e: Extremes<W>| w.ends(e.0[0], e.0[1]);
         Ends {
-            origin: [of(ox).map(f64::from), of(oy).map(f64::from), of(oz).map(f64::from)],
-            direction: [of(dx).map(f64::from), of(dy).map(f64::from), of(dz).map(f64::from)],
-            reciprocal: [of(rx), of(ry), of(rz)],
+            origin: [ox.ends(w).map(f64::from), oy.ends(w).map(f64::from), oz.ends(w).map(f64::from)],
+            direction: [dx.ends(w).map(f64::from), dy.ends(w).map(f64::from), dz.ends(w).map(f64::from)],
+            reciprocal: [rx.ends(w), ry.ends(w), rz.ends(w)],
         }
     }
 
