@@ -162,20 +162,14 @@ impl<S: Rays + ?Sized, R: RayRows> Task for Take<'_, S, R> {
                 number[i] = i as u8;
             }
         } else {
-            let mut i = 0;
-            self.which.each(|k| {
-                let ray = rays.ray(k);
-                together.put(i, k, &ray);
-                if let Some(exact) = &mut exact {
-                    exact.put(i, &ray);
-                }
-                i += 1;
-            });
+            self.which.list(&mut together.number);
         }
-        let first = usize::from(together.number[0]);
-        let ray = rays.ray(first);
-        for i in count..filled.min(PACKET) {
-            together.put(i, first, &ray);
+        // One by one: some of the rays, and what fills the last group up.
+        for i in if count == all { all } else { 0 }..filled.min(PACKET) {
+            let k = together.number[if i < count { i } else { 0 }];
+            together.number[i] = k;
+            let ray = rays.ray(k.into());
+            together.put(i, &ray);
             if let Some(exact) = &mut exact {
                 exact.put(i, &ray);
             }
@@ -249,14 +243,13 @@ impl Default for Together {
 
 impl Together {
     #[inline(always)]
-    fn put(&mut self, i: usize, number: usize, ray: &Ray) {
+    fn put(&mut self, i: usize, ray: &Ray) {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
         for axis in 0..3 {
             self.origin[axis].0[i] = o[axis] as f32;
             self.direction[axis].0[i] = d[axis] as f32;
         }
         (self.t_min.0[i], self.t_max.0[i]) = (rounded_down(ray.t_min), rounded_down(ray.t_max));
-        self.number[i] = number as u8;
     }
 
     /// One of them, rounded.
