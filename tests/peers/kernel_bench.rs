@@ -30,7 +30,9 @@ fn read_mesh(file: &str) -> Vec<[Vec3; 3]> {
 }
 
 /// Rays of a packet as f32, number by number as they stand in the file; laid out before time is taken, as Embree's are, and widened after.
-type Rows = [[f32; PACKET]; 8];
+#[derive(Clone)]
+#[repr(align(64))]
+struct Rows([[f32; PACKET]; 8]);
 
 /// Those, and how many there are. (Not with them in memory, behind the last of them: it is read first, and waiting for it took an eighth of the
 /// time.)
@@ -44,7 +46,7 @@ impl Rays for Sheaf<'_> {
 
     #[inline(always)]
     fn ray(&self, i: usize) -> Ray {
-        let [x, y, z, t_min, dx, dy, dz, t_max] = self.0.each_ref().map(|row| f64::from(row[i]));
+        let [x, y, z, t_min, dx, dy, dz, t_max] = self.0.0.each_ref().map(|row| f64::from(row[i]));
         Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(dx, dy, dz), t_min, t_max }
     }
 }
@@ -61,9 +63,9 @@ fn read_rays(file: &str) -> RaySets {
     let count = u32::from_le_bytes(words[1]) as usize;
     let single: Vec<[f32; 8]> =
         floats(&words[4..4 + 8 * count]).chunks_exact(8).map(|c| std::array::from_fn(|k| c[k])).collect();
-    let mut sheaves = vec![[[0.0; PACKET]; 8]; count.div_ceil(PACKET)];
+    let mut sheaves = vec![Rows([[0.0; PACKET]; 8]); count.div_ceil(PACKET)];
     for (i, ray) in single.iter().enumerate() {
-        (0..8).for_each(|k| sheaves[i / PACKET][k][i % PACKET] = ray[k]);
+        (0..8).for_each(|k| sheaves[i / PACKET].0[k][i % PACKET] = ray[k]);
     }
     RaySets { single, sheaves, any: u32::from_le_bytes(words[2]) == 1 }
 }
