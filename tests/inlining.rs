@@ -4,11 +4,12 @@
 //! end in its name: `traverse_avx2`.
 
 /// Modules, types and functions that must be inlined completely, as they stand in symbols of either mangling.
-const KERNELS: [&[&str]; 8] = [
+const KERNELS: [&[&str]; 9] = [
     &["bvh", "simd"],
     &["bvh", "kernels"],
     // And `plain_packets`.
     &["bvh", "packets"],
+    &["bvh", "packet_rows"],
     &["bvh", "triangles", "Test"],
     &["geometry", "slab"],
     &["scene", "front"],

@@ -1,7 +1,7 @@
 //! The triangle kernels of every instruction set against the all-f64 yardstick and against brute force, bit for bit.
 
 use glam::{DVec3, Vec3};
-use glimt::bvh::{Isa, PACKET, PacketRoom, TreeKernels, TriangleHit, Triangles};
+use glimt::bvh::{Isa, PACKET, PacketRoom, Rays, TreeKernels, TriangleHit, Triangles};
 use glimt::geometry::{Fast, Ray, Reference, Robust, TriangleRay};
 use glimt::math::SplitMix64;
 use std::num::NonZeroUsize;
@@ -247,9 +247,10 @@ fn rays_that_run_alike_meet_together_what_each_meets_alone() {
             let rays = alike(&triangles, size, &mut rng);
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                let left = tree.intersect_packet::<Robust>(&rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
+                let left =
+                    tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
                 together += usize::from(left.len() < rays.len() as u32);
-                tree.occluded_packet::<Robust>(&rays, &mut PacketRoom::default(), |k| occluded[k] = true);
+                tree.occluded_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{what} {i} {k} {} {ray:?}", isa.name());
@@ -276,8 +277,8 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
             let mut alone = vec![];
             for ray in &rays {
                 let (mut hit, mut any) = (None, false);
-                trees[0].1.intersect_packet::<Fast>(&[*ray], &mut PacketRoom::default(), |_, found| hit = found);
-                trees[0].1.occluded_packet::<Fast>(&[*ray], &mut PacketRoom::default(), |_| any = true);
+                trees[0].1.intersect_packet::<Fast>(&[*ray][..], &mut PacketRoom::default(), |_, found| hit = found);
+                trees[0].1.occluded_packet::<Fast>(&[*ray][..], &mut PacketRoom::default(), |_| any = true);
                 assert_eq!(any, hit.is_some(), "{what} {i} {ray:?}");
                 differ += usize::from(bits(hit) != bits(trees[0].1.intersect::<Fast>(ray)));
                 hits += usize::from(any);
@@ -302,6 +303,82 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
         println!("{differ} of {hits} hits with {what} are others where rays are traced one by one");
         assert!(hits > 500 && differ * 4 < hits, "{differ} of {hits} hits with {what} are others one by one");
     }
+}
+
+/// Rays of f32, number by number.
+struct Columns<'a>(&'a [Vec<f32>; 8]);
+
+impl Rays for Columns<'_> {
+    fn count(&self) -> usize {
+        self.0[0].len()
+    }
+
+    fn ray(&self, i: usize) -> Ray {
+        let [x, y, z, p, q, r, t_min, t_max] = self.0.each_ref().map(|column| f64::from(column[i]));
+        Ray { origin: DVec3::new(x, y, z), direction: DVec3::new(p, q, r), t_min, t_max }
+    }
+}
+
+#[test]
+fn rays_that_are_told_one_by_one_meet_what_those_in_memory_meet() {
+    let mut rng = SplitMix64(71);
+    let triangles = icosphere(4, 1.0);
+    let mut hits = 0;
+    for (isa, tree) in available().map(|isa| (isa, build(&triangles, isa))) {
+        for i in 0..200 {
+            let given = alike(&triangles, 1.0, &mut rng);
+            let number = |k: usize| match k {
+                0..3 => given.iter().map(|ray| ray.origin[k] as f32).collect(),
+                3..6 => given.iter().map(|ray| ray.direction[k - 3] as f32).collect(),
+                6 => given.iter().map(|ray| ray.t_min as f32).collect(),
+                _ => given.iter().map(|ray| ray.t_max as f32).collect(),
+            };
+            let columns: [Vec<f32>; 8] = std::array::from_fn(number);
+            let told = Columns(&columns);
+            let rays: Vec<Ray> = (0..given.len()).map(|i| told.ray(i)).collect();
+            let (mut a, mut b) = (vec![None; rays.len()], vec![None; rays.len()]);
+            let left = [
+                tree.intersect_packet::<Robust>(&told, &mut PacketRoom::default(), |k, hit| a[k] = hit),
+                tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| b[k] = hit),
+            ];
+            assert_eq!(left[0], left[1], "{i} {}", isa.name());
+            for (k, ray) in rays.iter().enumerate() {
+                assert_eq!(bits(a[k]), bits(tree.intersect::<Robust>(ray)), "{i} {k} {} {ray:?}", isa.name());
+                assert_eq!(bits(a[k]), bits(b[k]), "{i} {k} {} {ray:?}", isa.name());
+                hits += usize::from(a[k].is_some());
+            }
+        }
+    }
+    assert!(hits > 1_000, "{hits} hits");
+}
+
+#[test]
+fn the_length_of_directions_does_not_matter_to_rays_that_run_alike() {
+    let mut rng = SplitMix64(72);
+    let triangles = icosphere(4, 1.0);
+    let mut together = 0;
+    for (isa, tree) in available().map(|isa| (isa, build(&triangles, isa))) {
+        for exponent in [-300, -45, -42, -40, -38, -37, -35, -30, -20, 0, 20, 30, 35, 38, 39, 300] {
+            let length = 10f64.powi(exponent);
+            let toward = unit(&mut rng);
+            let rays: Vec<Ray> = (0..PACKET)
+                .map(|_| {
+                    let (from, to) = (unit(&mut rng) * 0.5 - toward * 3.0, unit(&mut rng) * 0.3);
+                    Ray { t_max: 100.0 / length, ..Ray::new(from, (to - from) * length) }
+                })
+                .collect();
+            let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
+            let left = tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
+            tree.occluded_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k| occluded[k] = true);
+            together += usize::from(left.is_empty());
+            for (k, ray) in rays.iter().enumerate() {
+                let alone = tree.intersect::<Robust>(ray);
+                assert_eq!(bits(found[k]), bits(alone), "1e{exponent} {k} {} {ray:?}", isa.name());
+                assert_eq!(occluded[k], alone.is_some(), "1e{exponent} {k} {} {ray:?}", isa.name());
+            }
+        }
+    }
+    assert!(together > 0, "none together");
 }
 
 /// Rays in a packet toward a middle, and each alone: the same bits. Returns the hits.
@@ -399,8 +476,8 @@ fn triangles_seen_edge_on_are_met_together_as_alone() {
             let rays: Vec<Ray> = (0..PACKET).map(|_| Ray::new(eye, middle + unit(&mut rng) * spread - eye)).collect();
             for (isa, tree) in &trees {
                 let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
-                tree.intersect_packet::<Robust>(&rays, &mut PacketRoom::default(), |k, hit| found[k] = hit);
-                tree.occluded_packet::<Robust>(&rays, &mut PacketRoom::default(), |k| occluded[k] = true);
+                tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| found[k] = hit);
+                tree.occluded_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k| occluded[k] = true);
                 for (k, ray) in rays.iter().enumerate() {
                     let alone = tree.intersect::<Robust>(ray);
                     assert_eq!(bits(found[k]), bits(alone), "{i} {k} {} {ray:?}", isa.name());

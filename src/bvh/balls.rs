@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
-use super::simd::{PACKET, Room, Row, Wide, of_group};
+use super::simd::{ExactRays, PACKET, RayRows, Room, Row, Wide, of_group};
 use crate::geometry::Ray;
 use glam::DVec3;
 
@@ -15,7 +15,16 @@ use glam::DVec3;
 /// rounding of the f64 formula.
 #[derive(Debug, Default)]
 pub struct BallRows {
+    /// The rays as they come.
+    pub rays: ExactRays,
     slack: Row,
+}
+
+impl RayRows for BallRows {
+    #[inline(always)]
+    fn exact(&mut self) -> Option<&mut ExactRays> {
+        Some(&mut self.rays)
+    }
 }
 
 /// Where rays meet a ball, a bit each.
@@ -46,9 +55,9 @@ impl BallRows {
         let filled = together.filled.min(PACKET);
         let mut unfit = 0;
         for i in 0..filled {
-            unfit |= u8::from(!Self::is_fit(&together.ray(i), extent));
+            unfit |= u8::from(!Self::is_fit(&rows.rays.ray(i), extent));
         }
-        let ([x, y, z], slack) = (&together.near_origin, &mut rows.slack.0);
+        let ([x, y, z], slack) = (&together.origin, &mut rows.slack.0);
         for i in 0..filled {
             slack[i] = (64.1 * U) as f32 * (x.0[i].abs() + y.0[i].abs() + z.0[i].abs() + extent as f32);
         }
@@ -61,8 +70,8 @@ impl BallRows {
     #[inline(always)]
     pub fn near<W: Wide>(w: W, room: &Room<Self>, (centre, radius): (DVec3, f64), at: usize) -> Near {
         let Room { together, slabs, rows } = room;
-        let [ox, oy, oz] = of_group(w, &together.near_origin, at);
-        let [dx, dy, dz] = of_group(w, &together.near_direction, at);
+        let [ox, oy, oz] = of_group(w, &together.origin, at);
+        let [dx, dy, dz] = of_group(w, &together.direction, at);
         let (start, end, slack) = (slabs.t_min.group(w, at), slabs.limit.group(w, at), rows.slack.group(w, at));
         let x = w.sub(w.splat(centre.x as f32), ox);
         let y = w.sub(w.splat(centre.y as f32), oy);
@@ -87,7 +96,7 @@ impl BallRows {
 
 #[cfg(test)]
 mod tests {
-    use super::super::simd::{Portable, RaySet};
+    use super::super::simd::{Portable, RaySet, Take, Task};
     use super::*;
     use crate::geometry::sphere_intersect;
     use crate::math::SplitMix64;
@@ -123,9 +132,9 @@ mod tests {
                     ray.t_min = (back + radius * [-1.0, 0.0, 1.0][i % 3]).max(0.0);
                 }
             }
-            room.together.take(&rays, &RaySet::first(PACKET));
+            Take::new(&RaySet::first(PACKET)).run(&rays[..], &mut room);
             assert!(BallRows::take(&mut room, extent));
-            room.slabs.take(&room.together, 0.0, extent);
+            room.slabs.take(Portable, &room.together, 0.0, extent);
             for (at, rays) in (0..).step_by(8).zip(rays.chunks(8)) {
                 let Near { maybe, surely } = BallRows::near(Portable, &room, (centre, radius), at);
                 for (k, ray) in rays.iter().enumerate() {
@@ -157,7 +166,7 @@ mod tests {
             let mut rays = [good; 20];
             rays[17] = ray;
             let mut room = Room::<BallRows>::default();
-            room.together.take(&rays, &RaySet::first(20));
+            Take::new(&RaySet::first(20)).run(&rays[..], &mut room);
             assert!(!BallRows::take(&mut room, 1.0), "{ray:?}");
         }
     }

@@ -12,6 +12,7 @@ mod build;
 mod collapse;
 mod kernels;
 mod overlap;
+mod packet_rows;
 mod packets;
 mod plain_packets;
 mod simd;
@@ -21,7 +22,8 @@ mod triangles;
 pub use balls::{BallRows, Near};
 pub use kernels::{BoxTest, Packets, TreeKernels};
 pub use simd::{
-    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RaySet, Room, Slabs, Task, Wide,
+    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RayRows, RaySet, Rays, Room, Slabs,
+    Task, Wide, each_bit,
 };
 pub use triangles::{BlockTest, PacketRoom, TriangleBlock, TriangleHit, Triangles};
 

@@ -3,15 +3,13 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::TriangleHit;
-use super::simd::{Beam, Doubles, Ends, PACKET, PacketVisitor, RaySet, Room, Row, Wide};
+use super::packet_rows::{Met, NONE, TOGETHER, WatertightRows, decide, depth_at};
+use super::simd::{Beam, Ends, PACKET, PacketVisitor, RaySet, Room, Row, Wide, prefetch};
 use super::triangles::TriangleBlock;
 use crate::geometry::{Ray, TriangleRay};
 
 /// Unit roundoff of f32.
 const U: f64 = 1.0 / 16_777_216.0;
-
-/// Stands for no triangle: more than any code.
-const NONE: u32 = 1 << 30;
 
 /// The bits of [`WatertightTest`](super::triangles::WatertightTest), with few f64 operations.
 ///
@@ -37,52 +35,6 @@ pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     blur: f32,
     /// Whether the axes are those of each ray alone.
     same_axes: bool,
-}
-
-/// What a [`WatertightPacket`] keeps of each ray.
-#[derive(Debug)]
-pub struct WatertightRows {
-    /// (dx / dz, dy / dz) times the sign.
-    slope: [Row; 2],
-    /// Where the line of a ray meets depth 0, negated.
-    offset: [Row; 2],
-    /// Depth at t_min: not more than, not less than.
-    start: [Row; 2],
-    /// Depth at the nearest hit so far, or at t_max: not more than, not less than.
-    end: [Row; 2],
-    /// Eight times the block, plus the slot, of the nearest hit so far, as bits of f32 (below 2).
-    best: Row,
-    /// Rays whose nearest hit's t is known.
-    exact: RaySet,
-    t: Doubles,
-    /// As in [`TriangleRay`], but for the axes above.
-    shear: [Doubles; 3],
-    /// Weights of the nearest hit's corners, and those corners.
-    u: Doubles,
-    v: Doubles,
-    corners: [[Row; 3]; 3],
-    /// Origins in the order of each ray's own axes.
-    own_origin: [Doubles; 3],
-}
-
-impl Default for WatertightRows {
-    fn default() -> Self {
-        let (row, zero) = (Row::ZERO, Doubles::ZERO);
-        Self {
-            slope: [row; 2],
-            offset: [row; 2],
-            start: [row; 2],
-            end: [row; 2],
-            best: row,
-            exact: RaySet::NONE,
-            t: zero,
-            shear: [zero; 3],
-            u: zero,
-            v: zero,
-            corners: [[row; 3]; 3],
-            own_origin: [zero; 3],
-        }
-    }
 }
 
 type WatertightRoom = Room<WatertightRows>;
@@ -172,8 +124,8 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
     /// The f64 test of one ray and one triangle: keeps the hit if it is the nearest. True if there is one.
     #[inline(always)]
     fn settle(&self, room: &mut WatertightRoom, i: usize, code: u32) -> bool {
-        let Room { together, slabs, rows } = room;
-        let ray = together.ray(i);
+        let Room { slabs, rows, .. } = room;
+        let ray = rows.rays.ray(i);
         let exact = TriangleRay::new(&ray);
         let old = rows.best.0[i].to_bits();
         let t_max = if old == NONE {
@@ -199,6 +151,57 @@ impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
             slabs.limit.0[i] = if limit < slabs.limit.0[i] { limit } else { slabs.limit.0[i] };
         }
         true
+    }
+
+    /// Fetches the triangles that rays with the same axes have met, each once for all of a group.
+    #[inline(always)]
+    fn gather<W: Wide>(&self, w: W, best: &Row, at: usize, part: usize, met: &mut Met) {
+        let codes = best.group(w, at + part);
+        let mut left = w.lt(codes, w.splat(f32::from_bits(NONE)));
+        let zero = w.splat(0.0);
+        let (mut corners, mut ids) = ([[zero; 3]; 3], zero);
+        while left != 0 {
+            let code = best.0[(at + part + left.trailing_zeros() as usize) & (PACKET - 1)];
+            let of_code = w.splat(code);
+            let same = left & w.le(codes, of_code) & w.le(of_code, codes);
+            left &= !same;
+            let triangle = self.corners(code.to_bits(), self.axes);
+            for corner in 0..3 {
+                for k in 0..3 {
+                    corners[corner][k] = w.select(same, w.splat(triangle[corner][k]), corners[corner][k]);
+                }
+            }
+            ids = w.select(same, w.splat(f32::from_bits(self.id(code.to_bits()))), ids);
+        }
+        for corner in 0..3 {
+            for k in 0..3 {
+                w.store(corners[corner][k], &mut met.corners[corner][k][part..]);
+            }
+        }
+        let mut bits = [0.0; TOGETHER];
+        w.store(ids, &mut bits);
+        for k in 0..W::LANES {
+            met.ids[part + k] = bits[k].to_bits();
+        }
+    }
+
+    /// Fetches the triangle that a ray has met, and its numbers in the order of its own axes.
+    #[inline(always)]
+    fn gather_one(&self, rows: &mut WatertightRows, at: usize, k: usize, met: &mut Met) {
+        let i = (at + k) & (PACKET - 1);
+        let code = rows.best.0[i].to_bits();
+        if code == NONE {
+            return;
+        }
+        let ray = TriangleRay::new(&rows.rays.ray(i));
+        let triangle = self.corners(code, ray.axes);
+        for axis in 0..3 {
+            (rows.own_origin[axis].0[i], rows.shear[axis].0[i]) = (ray.origin[axis], ray.shear[axis]);
+            for corner in 0..3 {
+                met.corners[corner][axis][k] = triangle[corner][axis];
+            }
+        }
+        met.ids[k] = self.id(code);
     }
 
     #[inline(always)]
@@ -239,17 +242,6 @@ fn ends<E: Wide>(e: E, a: &[f32; 8], b: &[f32; 8], c: &[f32; 8]) -> [E::V; 2] {
     [e.min(e.min(a, b), c), e.max(e.max(a, b), c)]
 }
 
-/// Bounds of the depth at t, which may be that of a hit found along another axis: its rounding is relative to the extent.
-#[inline(always)]
-fn depth_at(origin: f64, direction: f64, sign: f64, t: f64, extent: f64) -> [f32; 2] {
-    let depth = (origin + t * direction) * sign;
-    // Beyond everything, and finite.
-    let depth = if depth > 1e30 { 1e30 } else { depth };
-    let depth = if depth < -1e30 { -1e30 } else { depth };
-    let pad = depth.abs() * 1.3e-7 + 1e-14 * origin.abs() + 1e-13 * extent;
-    [(depth - pad) as f32, (depth + pad) as f32]
-}
-
 impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     type Source = &'a [TriangleBlock];
     type Rows = WatertightRows;
@@ -280,7 +272,13 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn take(&mut self, Room { together, rows, .. }: &mut WatertightRoom, ends: &Ends, extent: f64) -> bool {
+    fn take<W: Wide>(
+        &mut self,
+        w: W,
+        Room { together, rows, .. }: &mut WatertightRoom,
+        ends: &Ends,
+        extent: f64,
+    ) -> bool {
         let size = |axis: usize| (ends.direction[axis][0] + ends.direction[axis][1]).abs();
         let z = if size(0) > size(1) {
             if size(0) > size(2) { 0 } else { 2 }
@@ -295,41 +293,25 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
         // The depth of a hit is a sum of products of three coordinates, which f32 must hold with all bits. NaN goes nowhere.
-        if !(farthest <= 8.0 * extent && steepest <= 4.0 && low * high > 0.0 && (1e-8..1e12).contains(&extent)) {
+        let is_same_way = low * high > 0.0 && low.abs().min(high.abs()) > 1e-30;
+        if !(farthest <= 8.0 * extent && steepest <= 4.0 && is_same_way && (1e-8..1e12).contains(&extent)) {
             return false;
         }
-        let sign = 1f64.copysign(low);
+        self.sign = 1f32.copysign(low as f32);
         let d = (7.0 + 6.0 * steepest) * U * extent;
         let times_m = 4.0 * d + 8.0 * (1.0 + steepest) * U * extent;
         let slack = [times_m * (1.0 + steepest), times_m * 2.0 * d + 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
         self.largest_m = (2.0 * (1.0 + steepest) * extent) as f32;
         self.slack_of_m = [times_m, 6.0 * d * d].map(|slack| (slack * 1.001) as f32);
-        (self.axes, self.sign, self.slack, self.blur) = (axes, sign as f32, slack, (12.0 * U * extent) as f32);
+        (self.axes, self.slack, self.blur) = (axes, slack, (12.0 * U * extent) as f32);
         (self.extent, self.same_axes) = (extent, steepest < 1.0);
-        let filled = together.filled.min(PACKET);
-        let (oz, dz) = (&together.origin[z].0, &together.direction[z].0);
-        rows.best.0[..filled].fill(f32::from_bits(NONE));
-        rows.exact = RaySet::NONE;
-        let [sx, sy, inverse] = &mut rows.shear;
-        for i in 0..filled {
-            inverse.0[i] = 1.0 / dz[i];
-        }
-        for (k, (axis, shear)) in [(x, sx), (y, sy)].into_iter().enumerate() {
-            let (o, d) = (&together.origin[axis].0, &together.direction[axis].0);
-            let (slope, offset) = (&mut rows.slope[k].0, &mut rows.offset[k].0);
-            for i in 0..filled {
-                let s = d[i] * inverse.0[i];
-                shear.0[i] = s;
-                slope[i] = (s * sign) as f32;
-                offset[i] = (s * oz[i] - o[i]) as f32;
-            }
-        }
-        for (t, [low, high]) in [(&together.t_min.0, &mut rows.start), (&together.t_max.0, &mut rows.end)] {
-            for i in 0..filled {
-                [low.0[i], high.0[i]] = depth_at(oz[i], dz[i], sign, t[i], extent);
-            }
-        }
+        rows.take(w, together, axes, self.sign, extent);
         true
+    }
+
+    #[inline(always)]
+    fn expect(&self, block: u32) {
+        prefetch(&self.blocks[block as usize]);
     }
 
     #[inline(always)]
@@ -462,64 +444,44 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
     }
 
     #[inline(always)]
-    fn finish(&mut self, room: &mut WatertightRoom, ended: &RaySet, mut found: impl FnMut(usize, Option<TriangleHit>)) {
-        let Room { together, rows, .. } = room;
-        let count = together.count.min(PACKET);
+    fn finish<W: Wide>(
+        &mut self,
+        w: W,
+        Room { together, rows, .. }: &mut WatertightRoom,
+        ended: &RaySet,
+        mut found: impl FnMut(usize, Option<TriangleHit>),
+    ) {
         if ANY_HIT {
             return ended.each(|i| {
                 found(together.number[i].into(), Some(TriangleHit { t: 0.0, triangle: 0, u: 0.0, v: 0.0 }));
             });
         }
-        for i in 0..count {
-            let code = rows.best.0[i].to_bits();
-            if code == NONE {
-                continue;
-            }
-            let [a, b, c] = if self.same_axes {
-                self.corners(code, self.axes)
-            } else {
-                let ray = TriangleRay::new(&together.ray(i));
-                for k in 0..3 {
-                    (rows.own_origin[k].0[i], rows.shear[k].0[i]) = (ray.origin[k], ray.shear[k]);
+        let count = together.count.min(PACKET);
+        for at in (0..count).step_by(TOGETHER) {
+            let mut met = Met { corners: [[[0.0; TOGETHER]; 3]; 3], ids: [0; TOGETHER] };
+            if self.same_axes {
+                for part in (0..TOGETHER).step_by(W::LANES) {
+                    self.gather(w, &rows.best, at, part, &mut met);
                 }
-                self.corners(code, ray.axes)
-            };
-            for k in 0..3 {
-                rows.corners[0][k].0[i] = a[k];
-                rows.corners[1][k].0[i] = b[k];
-                rows.corners[2][k].0[i] = c[k];
-            }
-        }
-        let [x, y, z] = self.axes;
-        let WatertightRows { shear: [sx, sy, sz], corners: [a, b, c], own_origin, t, u, v, best, .. } = rows;
-        let [ox, oy, oz] =
-            if self.same_axes { [x, y, z].map(|axis| &together.origin[axis]) } else { own_origin.each_ref() };
-        let axes = self.axes;
-        for i in 0..together.filled.min(PACKET) {
-            let ray = TriangleRay::from_parts(
-                axes,
-                [ox.0[i], oy.0[i], oz.0[i]],
-                [sx.0[i], sy.0[i], sz.0[i]],
-                f64::NEG_INFINITY,
-            );
-            let a = [a[0].0[i], a[1].0[i], a[2].0[i]];
-            let b = [b[0].0[i], b[1].0[i], b[2].0[i]];
-            let c = [c[0].0[i], c[1].0[i], c[2].0[i]];
-            #[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
-            let hit = match ray.intersect_permuted([a, b, c], f64::INFINITY) {
-                Some(hit) => hit,
-                None => (0.0, 0.0, 0.0),
-            };
-            (t.0[i], u.0[i], v.0[i]) = hit;
-        }
-        for i in 0..count {
-            let code = best.0[i].to_bits();
-            let hit = if code == NONE {
-                None
             } else {
-                Some(TriangleHit { t: t.0[i], triangle: self.id(code), u: u.0[i], v: v.0[i] })
-            };
-            found(usize::from(together.number[i]), hit);
+                for k in 0..TOGETHER {
+                    self.gather_one(rows, at, k, &mut met);
+                }
+            }
+            let WatertightRows { rays, shear: [sx, sy, sz], own_origin, best, .. } = &*rows;
+            let [x, y, z] = self.axes;
+            let origin = [&rays.origin[x], &rays.origin[y], &rays.origin[z]];
+            let [ox, oy, oz] = if self.same_axes { origin } else { own_origin.each_ref() };
+            let shear = [sx.some(at), sy.some(at), sz.some(at)];
+            let [t, u, v] = decide(self.axes, [ox.some(at), oy.some(at), oz.some(at)], shear, &met.corners);
+            for k in 0..TOGETHER.min(count - at) {
+                let hit = if best.0[at + k].to_bits() == NONE {
+                    None
+                } else {
+                    Some(TriangleHit { t: t[k], triangle: met.ids[k], u: u[k], v: v[k] })
+                };
+                found(usize::from(together.number[at + k]), hit);
+            }
         }
     }
 }

@@ -13,7 +13,7 @@ use super::front::{DONE, Keep};
 use super::leaf::Leaf;
 use super::packet::{Packet, meet_shape, runs};
 use super::{Scene, Shape};
-use crate::bvh::{BallRows, Beam, Ends, Near, PACKET, PacketVisitor, RaySet, Room, Slabs, TreeKernels, Wide};
+use crate::bvh::{BallRows, Beam, Ends, Near, PACKET, PacketVisitor, RaySet, Room, Slabs, TreeKernels, Wide, each_bit};
 use crate::geometry::{Hit, Ray, leaves_sphere};
 use glam::DVec3;
 use std::cell::{RefCell, RefMut};
@@ -65,15 +65,6 @@ const FAR: f64 = 8.0;
 
 /// So many rays of eight meet a ball one after the other.
 const ALONE: u32 = 2;
-
-/// Calls `visit` with the number of each bit.
-#[inline(always)]
-fn each(mut bits: u8, mut visit: impl FnMut(usize)) {
-    while bits != 0 {
-        visit(bits.trailing_zeros() as usize & 7);
-        bits &= bits - 1;
-    }
-}
 
 impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
     /// Whether an object may let light through, if that matters.
@@ -154,7 +145,8 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 t[k] = met;
             }
         } else {
-            each(eight, |k| {
+            each_bit(eight.into(), |k| {
+                let k = k & 7;
                 #[allow(clippy::manual_unwrap_or)] // As above.
                 let met = match K::sphere(&front.ray(at + k), centre, radius) {
                     Some(t) => t,
@@ -163,7 +155,8 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 t[k] = met;
             });
         }
-        each(eight, |k| {
+        each_bit(eight.into(), |k| {
+            let k = k & 7;
             let hit = Hit { t: t[k], object, primitive: 0, u: 0.0, v: 0.0 };
             if !t[k].is_nan() && self.take(slabs, at + k, hit) {
                 ended |= 1 << k;
@@ -209,23 +202,22 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     }
 
     #[inline(always)]
-    fn take(&mut self, room: &mut Room<BallRows>, ends: &Ends, extent: f64) -> bool {
+    fn take<W: Wide>(&mut self, _w: W, room: &mut Room<BallRows>, ends: &Ends, extent: f64) -> bool {
         let wide = |[x, y, z]: [[f64; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
         let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         // From afar the pads of boxes would be as large as what is in them.
         if wide(ends.origin) > APART * extent || farthest > FAR * extent || !BallRows::take(room, extent) {
             return false;
         }
-        let together = &room.together;
-        let filled = together.filled.min(PACKET);
+        let (rays, filled) = (&room.rows.rays, room.together.filled.min(PACKET));
         let front = &mut self.packet.front;
         for axis in 0..3 {
-            front.origin[axis][..filled].copy_from_slice(&together.origin[axis].0[..filled]);
-            front.direction[axis][..filled].copy_from_slice(&together.direction[axis].0[..filled]);
+            front.origin[axis][..filled].copy_from_slice(&rays.origin[axis].0[..filled]);
+            front.direction[axis][..filled].copy_from_slice(&rays.direction[axis].0[..filled]);
         }
-        front.t_min[..filled].copy_from_slice(&together.t_min.0[..filled]);
-        front.t_max[..filled].copy_from_slice(&together.t_max.0[..filled]);
-        front.limit[..filled].copy_from_slice(&together.t_max.0[..filled]);
+        front.t_min[..filled].copy_from_slice(&rays.t_min.0[..filled]);
+        front.t_max[..filled].copy_from_slice(&rays.t_max.0[..filled]);
+        front.limit[..filled].copy_from_slice(&rays.t_max.0[..filled]);
         front.t[..filled].fill(f64::INFINITY);
         front.object[..filled].fill(u32::MAX);
         front.primitive[..filled].fill(u32::MAX);
@@ -308,7 +300,13 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     }
 
     #[inline(always)]
-    fn finish(&mut self, room: &mut Room<BallRows>, ended: &RaySet, mut found: impl FnMut(usize, Found)) {
+    fn finish<W: Wide>(
+        &mut self,
+        _w: W,
+        room: &mut Room<BallRows>,
+        ended: &RaySet,
+        mut found: impl FnMut(usize, Found),
+    ) {
         for i in 0..room.together.count.min(PACKET) {
             let hit = if SEARCH == CLOSEST { self.packet.hit(i, self.scene.objects()) } else { None };
             let of_ray = Found {

@@ -299,7 +299,7 @@ impl Scene {
         let PacketScratch { packet, in_tree } = scratch;
         let packet = RefCell::new(&mut **packet.get_or_insert_with(Packet::new));
         let (source, room) = (Source { scene: self, packet }, in_tree.get_or_insert_default());
-        self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>>(rays, &source, room, &mut take)
+        self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>, _>(rays, &source, room, &mut take)
     }
 
     /// Whether a ray meets anything, asked first of the object that was last in the way of one like it. Where what is found depends

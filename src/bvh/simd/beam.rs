@@ -20,20 +20,13 @@ pub struct Beam<E: Wide> {
 impl<E: Wide> Beam<E> {
     /// The intervals; `None` if the rays are of different octants or not finite.
     #[inline(always)]
-    pub(super) fn new<W: Wide>(
-        eight: E,
-        wide: W,
-        ends: &Ends,
-        slabs: &mut Slabs,
-        filled: usize,
-        extent: f64,
-    ) -> Option<Self> {
+    pub(super) fn new(eight: E, ends: &Ends, slabs: &mut Slabs, extent: f64) -> Option<Self> {
         let mut rows = [0; 3];
         let zero = eight.splat(0.0);
         let mut beam = Self { rows, origin: [[zero; 3]; 2], reciprocal: [[zero; 3]; 2], t_min: zero };
         let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         for axis in 0..3 {
-            let [first, last] = slabs.reciprocal[axis].ends(wide, filled);
+            let [first, last] = ends.reciprocal[axis];
             let negative = last < 0.0;
             if !((negative || first > 0.0) && (first - last).is_finite()) {
                 return None;

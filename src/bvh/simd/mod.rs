@@ -22,10 +22,13 @@ mod x86;
 pub use beam::Beam;
 pub use bins::add;
 pub use buffer::filled;
+pub use buffer::prefetch;
 pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
-pub use rays::{Doubles, Ends, Room, Slabs};
-pub use set::RaySet;
+#[cfg(test)]
+pub use rays::Take;
+pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, Together, largest};
+pub use set::{RaySet, each_bit};
 pub use slab::SlabLanes;
 pub use task::Task;
 pub use traverse::{Counted, LeafVisitor};

@@ -4,9 +4,11 @@
 
 use super::packet::PACKET;
 use super::set::RaySet;
+use super::task::Task;
 use super::wide::{Row, Wide, of_group};
 use crate::geometry::Ray;
 use glam::DVec3;
+use std::marker::PhantomData;
 
 /// One number a ray.
 #[derive(Clone, Copy, Debug)]
@@ -16,29 +18,48 @@ pub struct Doubles(pub [f64; PACKET]);
 impl Doubles {
     /// Nothing but zeros.
     pub const ZERO: Self = Self([0.0; PACKET]);
+
+    /// So many, from place `at` on; both divide [`PACKET`].
+    #[inline(always)]
+    pub fn some<const COUNT: usize>(&self, at: usize) -> &[f64; COUNT] {
+        self.0[at & (PACKET - COUNT)..].first_chunk().expect("there are as many")
+    }
 }
 
-/// Room for a packet while it is traced, and `R` for what a visitor keeps of each ray. It is not made anew for each packet: clearing it took
-/// a fifth of the time of shadow rays.
-#[derive(Debug, Default)]
-pub struct Room<R> {
-    /// The rays as they come.
-    pub together: Together,
-    /// As boxes are tested against them.
-    pub slabs: Slabs,
-    /// The visitor's.
-    pub rows: R,
-}
-
-/// Rays of one packet. Places beyond the last ray, up to a multiple of 16, repeat the first one.
-#[derive(Debug)]
-pub struct Together {
+/// Rays that are told one by one. Packets take them in as they come, so that whoever makes them (by widening or transforming others) does not
+/// lay them out in memory first: that took 7 of 24 ns a ray of f32 (interior P).
+pub trait Rays {
     /// How many.
-    pub count: usize,
-    /// Places that are filled.
-    pub filled: usize,
-    /// What number each has outside.
-    pub number: [u8; PACKET],
+    fn count(&self) -> usize;
+
+    /// One of them. Always inlined.
+    fn ray(&self, i: usize) -> Ray;
+}
+
+impl Rays for [Ray] {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    #[inline(always)]
+    fn ray(&self, i: usize) -> Ray {
+        self[i]
+    }
+}
+
+/// What a visitor keeps of each ray.
+pub trait RayRows {
+    /// Where the rays go as they come, if that is needed.
+    #[inline(always)]
+    fn exact(&mut self) -> Option<&mut ExactRays> {
+        None
+    }
+}
+
+/// Rays side by side as they come.
+#[derive(Debug)]
+pub struct ExactRays {
     /// By axis.
     pub origin: [Doubles; 3],
     /// By axis.
@@ -47,66 +68,24 @@ pub struct Together {
     pub t_min: Doubles,
     /// See [`Ray`].
     pub t_max: Doubles,
-    /// Origins, rounded.
-    pub near_origin: [Row; 3],
-    /// Directions, rounded.
-    pub near_direction: [Row; 3],
 }
 
-impl Default for Together {
+impl Default for ExactRays {
     fn default() -> Self {
-        Self {
-            count: 0,
-            filled: 0,
-            number: [0; PACKET],
-            origin: [Doubles::ZERO; 3],
-            direction: [Doubles::ZERO; 3],
-            t_min: Doubles::ZERO,
-            t_max: Doubles::ZERO,
-            near_origin: [Row::ZERO; 3],
-            near_direction: [Row::ZERO; 3],
-        }
+        let zero = Doubles::ZERO;
+        Self { origin: [zero; 3], direction: [zero; 3], t_min: zero, t_max: zero }
     }
 }
 
-impl Together {
-    /// Takes some of up to [`PACKET`] rays, at least one.
+impl ExactRays {
     #[inline(always)]
-    pub fn take(&mut self, rays: &[Ray], which: &RaySet) {
-        let count = which.len() as usize;
-        let filled = count.next_multiple_of(16);
-        (self.count, self.filled) = (count, filled);
-        if count == rays.len() {
-            // Without the detours of the loop below: 4 % of packets of f32. (Eight rays at a time, transposed in AVX-512 registers: no gain.)
-            for (i, ray) in rays.iter().enumerate().take(PACKET) {
-                self.put(i, i, ray);
-            }
-        } else {
-            let mut i = 0;
-            which.each(|k| {
-                self.put(i, k, &rays[k]);
-                i += 1;
-            });
-        }
-        let first = self.number[0];
-        for i in count..filled.min(PACKET) {
-            self.put(i, first.into(), &rays[usize::from(first)]);
-        }
-        for axis in 0..3 {
-            round(filled, &self.origin[axis], &mut self.near_origin[axis]);
-            round(filled, &self.direction[axis], &mut self.near_direction[axis]);
-        }
-    }
-
-    #[inline(always)]
-    fn put(&mut self, i: usize, number: usize, ray: &Ray) {
+    fn put(&mut self, i: usize, ray: &Ray) {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
-        let i = i & (PACKET - 1);
         for axis in 0..3 {
             self.origin[axis].0[i] = o[axis];
             self.direction[axis].0[i] = d[axis];
         }
-        (self.t_min.0[i], self.t_max.0[i], self.number[i]) = (ray.t_min, ray.t_max, number as u8);
+        (self.t_min.0[i], self.t_max.0[i]) = (ray.t_min, ray.t_max);
     }
 
     /// One of them.
@@ -118,6 +97,171 @@ impl Together {
             direction: DVec3::new(dx.0[i], dy.0[i], dz.0[i]),
             t_min: self.t_min.0[i],
             t_max: self.t_max.0[i],
+        }
+    }
+}
+
+/// Room for a packet while it is traced, and `R` for what a visitor keeps of each ray. It is not made anew for each packet: clearing it took
+/// a fifth of the time of shadow rays.
+#[derive(Debug, Default)]
+pub struct Room<R> {
+    /// The rays, rounded.
+    pub together: Together,
+    /// As boxes are tested against them.
+    pub slabs: Slabs,
+    /// The visitor's.
+    pub rows: R,
+}
+
+/// Takes some of up to [`PACKET`] rays, at least one, into a [`Room`].
+pub struct Take<'a, S: ?Sized, R> {
+    /// Which of them.
+    which: &'a RaySet,
+    kinds: PhantomData<(fn(&S), R)>,
+}
+
+impl<'a, S: Rays + ?Sized, R: RayRows> Take<'a, S, R> {
+    /// Those.
+    #[inline(always)]
+    pub fn new(which: &'a RaySet) -> Self {
+        Self { which, kinds: PhantomData }
+    }
+}
+
+/// A task, since the loops over all rays become vector code only where what is read and what is written are known not to overlap.
+///
+/// All rays are taken number by number: rays that lie in memory like that (in f32, 8 KiB) are read from one end to the other then, and every
+/// loop becomes vector code. One loop for all numbers did so in f32 only and waited for eight places of memory at once.
+impl<S: Rays + ?Sized, R: RayRows> Task for Take<'_, S, R> {
+    type Input = S;
+    type Output = Room<R>;
+
+    #[inline(always)]
+    fn run(self, rays: &S, Room { together, rows, .. }: &mut Room<R>) {
+        let (count, all) = (self.which.len() as usize, rays.count().min(PACKET));
+        let filled = count.next_multiple_of(16);
+        (together.count, together.filled) = (count, filled);
+        let mut exact = rows.exact();
+        if count == all {
+            let Together { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, number, .. } = &mut *together;
+            let [mut x, mut y, mut z, mut p, mut q, mut r, mut start, mut end] = [const { None }; 8];
+            if let Some(ExactRays { origin, direction, t_min, t_max }) = &mut exact {
+                [x, y, z] = origin.each_mut().map(Some);
+                [p, q, r] = direction.each_mut().map(Some);
+                (start, end) = (Some(t_min), Some(t_max));
+            }
+            column::<0, S>(rays, all, ox, x);
+            column::<3, S>(rays, all, dx, p);
+            column::<1, S>(rays, all, oy, y);
+            column::<4, S>(rays, all, dy, q);
+            column::<2, S>(rays, all, oz, z);
+            column::<5, S>(rays, all, dz, r);
+            column::<6, S>(rays, all, t_min, start);
+            column::<7, S>(rays, all, t_max, end);
+            for i in 0..all {
+                number[i] = i as u8;
+            }
+        } else {
+            self.which.list(&mut together.number);
+        }
+        // One by one: some of the rays, and what fills the last group up.
+        for i in if count == all { all } else { 0 }..filled.min(PACKET) {
+            let k = together.number[if i < count { i } else { 0 }];
+            together.number[i] = k;
+            let ray = rays.ray(k.into());
+            together.put(i, &ray);
+            if let Some(exact) = &mut exact {
+                exact.put(i, &ray);
+            }
+        }
+    }
+}
+
+/// One of the numbers of a ray: origin, direction, t_min, t_max.
+#[inline(always)]
+fn number<const K: usize>(ray: &Ray) -> f64 {
+    match K {
+        0..3 => ray.origin.to_array()[K],
+        3..6 => ray.direction.to_array()[K - 3],
+        6 => ray.t_min,
+        _ => ray.t_max,
+    }
+}
+
+/// A number of all rays.
+#[inline(always)]
+fn column<const K: usize, S: Rays + ?Sized>(rays: &S, all: usize, rounded: &mut Row, exact: Option<&mut Doubles>) {
+    let round = if K < 6 { |v: f64| v as f32 } else { rounded_down };
+    let all = all.min(PACKET);
+    match exact {
+        None => {
+            for i in 0..all {
+                rounded.0[i] = round(number::<K>(&rays.ray(i)));
+            }
+        }
+        Some(exact) => {
+            for i in 0..all {
+                let v = number::<K>(&rays.ray(i));
+                (rounded.0[i], exact.0[i]) = (round(v), v);
+            }
+        }
+    }
+}
+
+/// The largest f32 that is not above.
+#[inline(always)]
+fn rounded_down(x: f64) -> f32 {
+    let near = x as f32;
+    if f64::from(near) > x { near.next_down() } else { near }
+}
+
+/// Rays of one packet, rounded. Places beyond the last ray, up to a multiple of 16, repeat the first one.
+#[derive(Debug)]
+pub struct Together {
+    /// How many.
+    pub count: usize,
+    /// Places that are filled.
+    pub filled: usize,
+    /// What number each has outside.
+    pub number: [u8; PACKET],
+    /// By axis.
+    pub origin: [Row; 3],
+    /// By axis.
+    pub direction: [Row; 3],
+    /// See [`Ray`]; rounded down.
+    pub t_min: Row,
+    /// See [`Ray`]; rounded down.
+    pub t_max: Row,
+}
+
+impl Default for Together {
+    fn default() -> Self {
+        let row = Row::ZERO;
+        Self { count: 0, filled: 0, number: [0; PACKET], origin: [row; 3], direction: [row; 3], t_min: row, t_max: row }
+    }
+}
+
+impl Together {
+    #[inline(always)]
+    fn put(&mut self, i: usize, ray: &Ray) {
+        let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
+        for axis in 0..3 {
+            self.origin[axis].0[i] = o[axis] as f32;
+            self.direction[axis].0[i] = d[axis] as f32;
+        }
+        (self.t_min.0[i], self.t_max.0[i]) = (rounded_down(ray.t_min), rounded_down(ray.t_max));
+    }
+
+    /// One of them, rounded.
+    #[inline(always)]
+    pub fn ray(&self, i: usize) -> Ray {
+        let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin, &self.direction);
+        let wide = |row: &Row| f64::from(row.0[i & (PACKET - 1)]);
+        Ray {
+            origin: DVec3::new(wide(ox), wide(oy), wide(oz)),
+            direction: DVec3::new(wide(dx), wide(dy), wide(dz)),
+            t_min: wide(&self.t_min),
+            t_max: wide(&self.t_max),
         }
     }
 }
@@ -137,30 +281,33 @@ pub struct Slabs {
 }
 
 /// Intervals that hold the rays of a packet, rounded to f32. NaN counts for nothing.
+#[derive(Clone, Copy, Debug)]
 pub struct Ends {
     /// Of the origins, by axis.
     pub origin: [[f64; 2]; 3],
     /// Of the directions, by axis.
     pub direction: [[f64; 2]; 3],
+    /// Of their reciprocals, by axis.
+    pub(super) reciprocal: [[f32; 2]; 3],
 }
 
-impl Ends {
+/// The least and the greatest of a lane each.
+struct Extremes<W: Wide>([W::V; 2]);
+
+impl<W: Wide> Extremes<W> {
     #[inline(always)]
-    pub fn new<W: Wide>(w: W, together: &Together) -> Self {
-        let filled = together.filled.min(PACKET);
-        let mut ends = Self { origin: [[0.0; 2]; 3], direction: [[0.0; 2]; 3] };
-        for axis in 0..3 {
-            ends.origin[axis] = together.near_origin[axis].ends(w, filled).map(f64::from);
-            ends.direction[axis] = together.near_direction[axis].ends(w, filled).map(f64::from);
-        }
-        ends
+    fn none(w: W) -> Self {
+        Self([w.splat(f32::INFINITY), w.splat(f32::NEG_INFINITY)])
     }
-}
 
-#[inline(always)]
-fn round(filled: usize, from: &Doubles, to: &mut Row) {
-    for i in 0..filled.min(PACKET) {
-        to.0[i] = from.0[i] as f32;
+    #[inline(always)]
+    fn hold(&mut self, w: W, v: W::V) {
+        self.0 = [w.min(v, self.0[0]), w.max(v, self.0[1])];
+    }
+
+    #[inline(always)]
+    fn ends(&self, w: W) -> [f32; 2] {
+        w.ends(self.0[0], self.0[1])
     }
 }
 
@@ -176,34 +323,43 @@ impl Slabs {
     /// A plane at b is met at t = (b - o) / d, here r b - r o. The rounding of d and that of r = 1/d scale both terms and so are relative to t:
     /// 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r o|, and 2u|r o| where pad and factor are
     /// applied. The pad is 8u|o| and the visitor's slack, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
+    ///
+    /// Returns what holds all of them. In one pass, since the rows of a packet do not stay in the first cache. (To take rays in parts of 64 and to do
+    /// this for one part while the next one is fetched: 6 to 18 % slower.)
     #[inline(always)]
-    pub fn take(&mut self, together: &Together, slack: f32, extent: f64) {
-        let Together { filled, near_origin: origin, near_direction: direction, t_min, t_max, .. } = together;
-        let filled = (*filled).min(PACKET);
-        let (mut pad, mut least) = (Row::ZERO, Row::ZERO);
+    pub fn take<W: Wide>(&mut self, w: W, together: &Together, slack: f32, extent: f64) -> Ends {
         let slack = slack * U + 2f32.powi(-37);
-        sizes(filled, origin, |i, size| pad.0[i] = 8.0 * U * size + slack * (extent as f32 + size));
-        sizes(filled, direction, |i, size| least.0[i] = size * 2f32.powi(-40));
-        for axis in 0..3 {
-            let (o, d) = (&origin[axis].0, &direction[axis].0);
-            let (r, nr) = (&mut self.reciprocal[axis].0, &mut self.near_reciprocal[axis].0);
-            let (near, far) = (&mut self.near[axis].0, &mut self.far[axis].0);
-            for i in 0..filled {
-                let (o, d) = (o[i], d[i]);
-                let small = least.0[i].copysign(d);
-                let inverse = 1.0 / if d.abs() < least.0[i] { small } else { d };
-                let (constant, pad) = (o * inverse, pad.0[i] * inverse.abs());
-                r[i] = inverse;
-                nr[i] = inverse * ENTRY_FACTOR;
-                near[i] = (constant + pad) * ENTRY_FACTOR;
-                far[i] = constant - pad;
+        let (pad_of_all, pad_of_size) = (w.splat(slack * extent as f32), w.splat(8.0 * U + slack));
+        let (one, factor, zero) = (w.splat(1.0), w.splat(ENTRY_FACTOR), w.splat(0.0));
+        let (tiny, wider) = (w.splat(f32::MIN_POSITIVE), w.splat(4.0 * U));
+        let [mut ox, mut oy, mut oz] = [Extremes::none(w), Extremes::none(w), Extremes::none(w)];
+        let [mut dx, mut dy, mut dz] = [Extremes::none(w), Extremes::none(w), Extremes::none(w)];
+        let [mut rx, mut ry, mut rz] = [Extremes::none(w), Extremes::none(w), Extremes::none(w)];
+        for at in (0..together.filled.min(PACKET)).step_by(W::LANES) {
+            let (o, d) = (of_group(w, &together.origin, at), of_group(w, &together.direction, at));
+            let pad = w.mul_add(largest(w, o), pad_of_size, pad_of_all);
+            let least = w.mul(largest(w, d), w.splat(2f32.powi(-40)));
+            let ends = [(&mut ox, &mut dx, &mut rx), (&mut oy, &mut dy, &mut ry), (&mut oz, &mut dz, &mut rz)];
+            for (axis, (of_origin, of_direction, of_reciprocal)) in ends.into_iter().enumerate() {
+                let (o, d) = (o[axis], d[axis]);
+                let inverse = w.div(one, w.mul_sign(w.max(least, w.abs(d)), d));
+                let (constant, pad) = (w.mul(o, inverse), w.mul(pad, w.abs(inverse)));
+                w.store(inverse, &mut self.reciprocal[axis].0[at..]);
+                w.store(w.mul(inverse, factor), &mut self.near_reciprocal[axis].0[at..]);
+                w.store(w.mul(w.add(constant, pad), factor), &mut self.near[axis].0[at..]);
+                w.store(w.sub(constant, pad), &mut self.far[axis].0[at..]);
+                of_origin.hold(w, o);
+                of_direction.hold(w, d);
+                of_reciprocal.hold(w, inverse);
             }
+            let (start, end) = (together.t_min.group(w, at), together.t_max.group(w, at));
+            w.store(w.max(w.mul_sub(start, factor, tiny), zero), &mut self.t_min.0[at..]);
+            w.store(w.add(end, w.mul_add(w.abs(end), wider, tiny)), &mut self.limit.0[at..]);
         }
-        for i in 0..filled {
-            let (start, end) = (t_min.0[i] as f32 * ENTRY_FACTOR, t_max.0[i] as f32);
-            let start = start - f32::MIN_POSITIVE;
-            self.t_min.0[i] = if start > 0.0 { start } else { 0.0 };
-            self.limit.0[i] = end + (end.abs() * 4.0 * U + f32::MIN_POSITIVE);
+        Ends {
+            origin: [ox.ends(w).map(f64::from), oy.ends(w).map(f64::from), oz.ends(w).map(f64::from)],
+            direction: [dx.ends(w).map(f64::from), dy.ends(w).map(f64::from), dz.ends(w).map(f64::from)],
+            reciprocal: [rx.ends(w), ry.ends(w), rz.ends(w)],
         }
     }
 
@@ -249,10 +405,6 @@ impl<W: Wide> SlabGroup<W> {
 
 /// The largest component of each vector.
 #[inline(always)]
-fn sizes(count: usize, [x, y, z]: &[Row; 3], mut take: impl FnMut(usize, f32)) {
-    for i in 0..count.min(PACKET) {
-        let (x, y, z) = (x.0[i].abs(), y.0[i].abs(), z.0[i].abs());
-        let larger = if x > y { x } else { y };
-        take(i, if larger > z { larger } else { z });
-    }
+pub fn largest<W: Wide>(w: W, [x, y, z]: [W::V; 3]) -> W::V {
+    w.max(w.max(w.abs(x), w.abs(y)), w.abs(z))
 }

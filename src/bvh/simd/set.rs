@@ -101,6 +101,20 @@ impl RaySet {
             each_bit(u64::from_le_bytes(*word), |bit| visit(64 * k + bit));
         }
     }
+
+    /// Writes them down, in order. (No closure, which may stay out of line where it is large.)
+    #[inline(always)]
+    pub fn list(&self, to: &mut [u8; PACKET]) {
+        let mut at = 0;
+        for (k, word) in self.0.as_chunks().0.iter().enumerate() {
+            let mut bits = u64::from_le_bytes(*word);
+            while bits != 0 {
+                to[at] = (64 * k) as u8 + bits.trailing_zeros() as u8;
+                at += 1;
+                bits &= bits - 1;
+            }
+        }
+    }
 }
 
 /// Calls `visit` with the number of each bit, the lowest first.
@@ -140,6 +154,9 @@ mod tests {
                 set.into_iter().collect::<BTreeSet<_>>()
             };
             assert_eq!(back(of(&a)), a);
+            let mut list = [0; PACKET];
+            of(&a).list(&mut list);
+            assert!(list.iter().map(|&ray| usize::from(ray)).take(a.len()).eq(a.iter().copied()));
             assert_eq!(back(of(&a).with(&of(&b))), &a | &b);
             assert_eq!(back(of(&a).without(&of(&b))), &a - &b);
             let mut grouped = RaySet::NONE;

@@ -10,7 +10,7 @@ use crate::bvh::Bvh;
 /// more than a few arrays scalar.
 pub trait Task {
     /// What is read.
-    type Input;
+    type Input: ?Sized;
     /// What is written.
     type Output;
 

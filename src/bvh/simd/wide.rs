@@ -24,17 +24,6 @@ impl Row {
         w.load(&self.0[at..])
     }
 
-    /// The smallest and the largest of the first `count`, which come in whole groups. NaN counts for nothing.
-    #[inline(always)]
-    pub fn ends<W: Wide>(&self, w: W, count: usize) -> [f32; 2] {
-        let (mut least, mut greatest) = (w.splat(f32::INFINITY), w.splat(f32::NEG_INFINITY));
-        for at in (0..count.min(PACKET)).step_by(W::LANES) {
-            let group = self.group(w, at);
-            (least, greatest) = (w.min(group, least), w.max(group, greatest));
-        }
-        w.ends(least, greatest)
-    }
-
     /// That of one ray, in all lanes.
     #[inline(always)]
     pub fn one<W: Wide>(&self, w: W, ray: usize) -> W::V {
