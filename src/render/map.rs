@@ -16,7 +16,7 @@ pub(super) struct Map {
     words: Vec<AtomicU64>,
     /// Variances, as bits.
     variances: Vec<AtomicU32>,
-    /// Whether a pixel or one of its neighbours was written since it was judged. (Judging all pixels after each round took a
+    /// Whether a pixel was written since it was judged, or one of its neighbours has changed. (Judging all pixels after each round took a
     /// fifth of the time of a render of the demo to an error of 1.)
     stale: Vec<AtomicBool>,
     /// Samples that each pixel needs so that thin objects are seen; empty if there are none.
@@ -213,7 +213,7 @@ impl Map {
         self.variances[at].store(look.variance.to_bits(), Ordering::Relaxed);
     }
 
-    /// Puts down a pixel that has changed. (With its neighbours stale whenever it gets samples @@@)
+    /// Puts down a pixel that has got samples. If it shows what it did, its neighbours need not be judged anew.
     pub fn write(&self, x: u32, y: u32, look: Look) {
         let before = self.look(x, y);
         self.begin(x, y, look);
