@@ -10,7 +10,8 @@ use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
 use std::time::{Duration, Instant};
 
-/// Samples that are traced together: enough for packets of rays, few enough to stay in the cache.
+/// Samples that are traced together: enough for packets of rays, few enough to stay in the cache. (Refined to 1.2 codes, 128 took
+/// 0.6 % more instructions on the demo and 0.4 % fewer on the sphereflake; 1024, with packets as large, 0.6 and 4 % more.)
 pub const BATCH: usize = 256;
 
 /// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
