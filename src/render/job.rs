@@ -1,14 +1,16 @@
 //! Worker threads and their handle.
 
+use super::batch::{BATCH, Batch, Traced, Tracer, trace};
 use super::census::{Census, Plan};
 use super::control::Control;
-use super::event::{RenderError, RenderEvent, TileStats};
+use super::event::{Cut, RenderError, RenderEvent, TileStats};
 use super::map::Map;
 use super::pass::{COARSEST, Pass};
+use super::rect::Rect;
 use super::round::Round;
 use super::scatter::JUDGED;
 use super::thin::thin;
-use super::tile::{BATCH, Batch, Rect, Tile, Traced, Tracer, is_valid_side};
+use super::tile::{Tile, is_valid_side};
 use crate::description::Filter;
 use crate::scene::Scene;
 use crate::shading::{Probe, Sampler, probe_sampler, sampler};
@@ -124,7 +126,7 @@ fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Optio
     assert!(is_valid_side(settings.tile_size), "tile size {} is not a multiple of 8", settings.tile_size);
     let begun = Instant::now();
     let (event_sender, events) = bounded(EVENTS_IN_FLIGHT);
-    let (queue_sender, queue) = unbounded();
+    let (queue_sender, queued) = unbounded();
     let tiles = Rect::spiral(scene.width, scene.height, settings.tile_size);
     let control = Arc::new(Control::new(tiles.len()));
     let render = scene.render;
@@ -141,20 +143,18 @@ fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Optio
         scene,
         control: control.clone(),
         tiles: tiles.len(),
+        settings,
         done: AtomicUsize::new(0),
         at_work: AtomicUsize::new(settings.threads.get()),
         gathering: Mutex::default(),
     });
-    for rects in tiles.chunks(together(tiles.len(), settings)) {
-        // The queue outlives the loop, so this can not fail.
-        let _ = queue_sender.send(Some(Job::Begin(rects.to_vec())));
-    }
+    queue(&queue_sender, tiles.into_iter().map(Tile::new), shared.together(1), Step::Listed(0));
     for index in 0..settings.threads.get() {
         let worker = Worker {
             index,
             shared: shared.clone(),
             events: event_sender.clone(),
-            queue: queue.clone(),
+            queue: queued.clone(),
             requeue: queue_sender.clone(),
         };
         let started =
@@ -178,28 +178,29 @@ fn report_failure(sender: &Sender<RenderEvent>, events: &Receiver<RenderEvent>, 
     }
 }
 
-/// Tiles whose first pass is traced together: so many that their points fill a batch, but no worker is left without.
-fn together(tiles: usize, settings: Settings) -> usize {
-    let points = (settings.tile_size / COARSEST).pow(2) as usize;
-    (tiles / (4 * settings.threads.get())).min(BATCH / points).max(1)
-}
-
-/// What a worker does next.
-enum Job {
-    /// The first pass of some tiles.
-    Begin(Vec<Rect>),
-    /// A step of a tile.
-    Go(Tile, Step),
+/// A step of some tiles.
+struct Job {
+    tiles: Vec<Tile>,
+    step: Step,
 }
 
 #[derive(Clone)]
 enum Step {
-    /// A pass of the list, not the first.
+    /// A pass of the list.
     Listed(usize),
     /// A round of refinement; the first has no plan.
     Round(u32, Option<Arc<Plan>>),
     /// What comes after the round: how wrong the pixels are.
     Judge(u32),
+}
+
+/// Lets a step be done, of so many tiles together.
+fn queue(queue: &Sender<Option<Job>>, tiles: impl IntoIterator<Item = Tile>, together: usize, step: Step) {
+    let mut tiles = tiles.into_iter().peekable();
+    while tiles.peek().is_some() {
+        // The queue outlives whoever has tiles, so this can not fail.
+        let _ = queue.send(Some(Job { tiles: tiles.by_ref().take(together).collect(), step: step.clone() }));
+    }
 }
 
 /// What all workers know.
@@ -215,6 +216,7 @@ struct Shared {
     map: Option<Map>,
     control: Arc<Control>,
     tiles: usize,
+    settings: Settings,
     /// Tiles that are through all passes.
     done: AtomicUsize,
     /// Workers that have not left.
@@ -223,6 +225,13 @@ struct Shared {
 }
 
 impl Shared {
+    /// Tiles that are traced together if so many samples of each square of the coarsest lattice are: such that they fill a batch, but
+    /// no worker is left without.
+    fn together(&self, samples: usize) -> usize {
+        let samples = samples * (self.settings.tile_size / COARSEST).pow(2) as usize;
+        (self.tiles / (4 * self.settings.threads.get())).min(BATCH / samples).max(1)
+    }
+
     fn round<'a>(&self, map: &'a Map, plan: Option<&'a Plan>) -> Round<'a> {
         Round { map, plan, limit: self.scene.render.samples }
     }
@@ -274,11 +283,10 @@ impl Worker {
     fn work(&self) {
         let mut batch = Batch::default();
         while let Ok(Some(job)) = self.queue.recv() {
-            let done = match job {
-                Job::Begin(rects) => self.begin(&rects, &mut batch),
-                Job::Go(tile, Step::Listed(number)) => self.pass(tile, number, &mut batch),
-                Job::Go(tile, Step::Round(number, plan)) => self.round(tile, number, plan.as_deref(), &mut batch),
-                Job::Go(tile, Step::Judge(number)) => self.judge(tile, number, &mut batch),
+            let done = match job.step {
+                Step::Listed(number) => self.pass(job.tiles, number, &mut batch),
+                Step::Round(number, plan) => self.round(job.tiles, number, plan.as_deref(), &mut batch),
+                Step::Judge(number) => self.judge(job.tiles, number, &mut batch),
             };
             if let Err(Leave) = done {
                 return;
@@ -291,46 +299,42 @@ impl Worker {
         Tracer { scene, sampler: *sampler, filter: *filter, control, differences: target.is_some() }
     }
 
-    /// Traces the first pass of some tiles.
-    fn begin(&self, rects: &[Rect], batch: &mut Batch) -> Result<(), Leave> {
-        let pass = self.shared.passes[0];
-        let mut tiles: Vec<_> = rects.iter().map(|rect| Tile::new(*rect)).collect();
-        let mut stats = TileStats::default();
-        if Tile::trace_together(&mut tiles, self.tracer(), pass, batch, &mut stats) != Traced::Whole {
-            return Err(Leave);
-        }
-        let busy = stats.busy / tiles.len() as u32;
-        for tile in tiles {
-            let stats = TileStats { samples: tile.points(), busy, ..std::mem::take(&mut stats) };
-            self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
-            self.traced(tile, 0, stats)?;
-        }
-        Ok(())
-    }
-
     /// Traces a pass of the list.
-    fn pass(&self, mut tile: Tile, number: usize, batch: &mut Batch) -> Result<(), Leave> {
-        let pass = self.shared.passes[number];
-        self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
-        let mut stats = TileStats::default();
-        let before = Instant::now();
-        tile.remember(pass);
-        stats.busy += before.elapsed();
-        let traced = tile.trace(self.tracer(), pass, batch, &mut stats);
+    fn pass(&self, mut tiles: Vec<Tile>, number: usize, batch: &mut Batch) -> Result<(), Leave> {
+        let (pass, tracer) = (self.shared.passes[number], self.tracer());
+        self.start(&tiles[0], pass)?;
+        let entering = Instant::now();
+        batch.clear();
+        (0..).zip(&mut tiles).for_each(|(at, tile)| tile.enter(at, pass, tracer.differences, batch));
+        let mut stats = TileStats { busy: entering.elapsed(), ..TileStats::default() };
+        let traced = trace(&mut tiles, tracer, batch, &mut stats);
         match traced {
             Traced::Cancelled => return Err(Leave),
             // The picture of the coarser lattice is there already.
             Traced::Part if matches!(pass, Pass::Lattice { .. }) => return Err(Leave),
             Traced::Part | Traced::Whole => {}
         }
-        self.traced(tile, number, stats)?;
-        if traced == Traced::Part { Err(Leave) } else { Ok(()) }
+        let busy = stats.busy / tiles.len() as u32;
+        for (at, tile) in (0..).zip(&mut tiles) {
+            if at > 0 {
+                self.start(tile, pass)?;
+            }
+            let stats = TileStats { samples: tile.samples(at, batch), busy, ..std::mem::take(&mut stats) };
+            self.tell(tile, pass, stats)?;
+            if number == 0 {
+                self.shared.control.cover();
+            }
+        }
+        if traced == Traced::Part { Err(Leave) } else { self.pass_on(tiles, number) }
     }
 
-    /// Reports a tile after a pass of the list, and passes it on.
-    fn traced(&self, mut tile: Tile, number: usize, mut stats: TileStats) -> Result<(), Leave> {
-        let shared = &*self.shared;
-        let pass = shared.passes[number];
+    /// Reports that a tile is begun with: of those that are traced together the first before, the others when they are told.
+    fn start(&self, tile: &Tile, pass: Pass) -> Result<(), Leave> {
+        self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })
+    }
+
+    /// Reports a tile after a pass of the list.
+    fn tell(&self, tile: &mut Tile, pass: Pass, mut stats: TileStats) -> Result<(), Leave> {
         let judging = Instant::now();
         let mut image = tile.image(None);
         if let Some((change, errors)) = tile.own_errors(pass) {
@@ -338,78 +342,100 @@ impl Worker {
         }
         stats.cut = tile.count_cut();
         stats.busy += judging.elapsed();
-        stats.done = shared.begun.elapsed();
-        self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
-        if number == 0 {
-            shared.control.cover();
+        stats.done = self.shared.begun.elapsed();
+        self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })
+    }
+
+    /// Passes tiles on to the next pass of the list: alone, where they have points enough.
+    fn pass_on(&self, tiles: Vec<Tile>, number: usize) -> Result<(), Leave> {
+        let shared = &*self.shared;
+        if let Some(next) = shared.passes.get(number + 1) {
+            let together = if matches!(next, Pass::Lattice { step } if *step > 2) { tiles.len() } else { 1 };
+            queue(&self.requeue, tiles, together, Step::Listed(number + 1));
+            return Ok(());
         }
-        if number + 1 < shared.passes.len() {
-            let _ = self.requeue.send(Some(Job::Go(tile, Step::Listed(number + 1))));
-        } else if let Some(map) = &shared.map {
-            tile.write(map);
-            self.gather_traced(tile, 0, false, &Census::default());
-        } else if shared.done.fetch_add(1, Ordering::AcqRel) + 1 == shared.tiles {
+        let count = tiles.len();
+        if let Some(map) = &shared.map {
+            for tile in tiles {
+                tile.write(map);
+                self.gather_traced(tile, 0, None);
+            }
+        } else if shared.done.fetch_add(count, Ordering::AcqRel) + count == shared.tiles {
             return Err(Leave);
         }
         Ok(())
     }
 
-    /// Traces what a tile needs in a round of refinement.
-    fn round(&self, mut tile: Tile, number: u32, plan: Option<&Plan>, batch: &mut Batch) -> Result<(), Leave> {
+    /// Traces what tiles need in a round of refinement.
+    fn round(&self, mut tiles: Vec<Tile>, number: u32, plan: Option<&Plan>, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
-        let round = shared.round(map, plan);
-        let (pass, mut stats, mut census) = (Pass::Adapt { round: number }, TileStats::default(), Census::default());
-        if !tile.choose(&round, batch) {
-            self.gather_traced(tile, number, false, &census);
+        let (round, pass) = (shared.round(map, plan), Pass::Adapt { round: number });
+        batch.clear();
+        (0..).zip(&tiles).for_each(|(at, tile)| tile.choose(at, &round, batch));
+        let wanted: Vec<u32> = (0..tiles.len() as u32).filter(|at| batch.wants(*at)).collect();
+        let Some(&first) = wanted.first() else {
+            tiles.into_iter().for_each(|tile| self.gather_traced(tile, number, None));
             return Ok(());
-        }
-        self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })?;
-        let traced = tile.trace_wanted(self.tracer(), batch, &mut stats);
+        };
+        self.start(&tiles[first as usize], pass)?;
+        let cuts: Vec<Cut> = (0..).zip(&tiles).map(|(at, tile)| tile.cut_of(at, batch)).collect();
+        let mut stats = TileStats { busy: std::mem::take(&mut batch.untold), ..TileStats::default() };
+        let traced = trace(&mut tiles, self.tracer(), batch, &mut stats);
         if traced == Traced::Cancelled {
             return Err(Leave);
         }
-        let judging = Instant::now();
-        tile.note(&round, batch, &mut census);
-        let (image, change) = tile.refined(&round, batch);
-        stats.squared_error = change;
-        stats.cut = tile.cut();
-        stats.busy += judging.elapsed() + std::mem::take(&mut batch.untold);
-        stats.done = shared.begun.elapsed();
-        self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
-        if traced == Traced::Part {
-            return Err(Leave);
+        let busy = stats.busy / wanted.len() as u32;
+        for (at, (mut tile, cut)) in (0..).zip(tiles.into_iter().zip(cuts)) {
+            if !batch.wants(at) {
+                self.gather_traced(tile, number, None);
+                continue;
+            }
+            if at != first {
+                self.start(&tile, pass)?;
+            }
+            let (mut census, judging) = (Census::default(), Instant::now());
+            let mut stats = TileStats { samples: tile.samples(at, batch), busy, ..std::mem::take(&mut stats) };
+            tile.note(at, &round, batch, &mut census);
+            let (image, change) = tile.refined(at, &round, batch);
+            (stats.squared_error, stats.cut) = (change, tile.recount_cut(at, cut, batch));
+            stats.busy += judging.elapsed();
+            stats.done = shared.begun.elapsed();
+            self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
+            if traced == Traced::Whole {
+                self.gather_traced(tile, number, Some(&census));
+            }
         }
-        self.gather_traced(tile, number, true, &census);
-        Ok(())
+        if traced == Traced::Part { Err(Leave) } else { Ok(()) }
     }
 
-    /// Takes a tile in that has been traced in a round. Who brings the last one lets all be judged.
-    fn gather_traced(&self, tile: Tile, number: u32, refined: bool, census: &Census) {
+    /// Takes a tile in that has been traced in a round, with what its census says if it was refined. Who brings the last one lets all
+    /// be judged.
+    fn gather_traced(&self, tile: Tile, number: u32, census: Option<&Census>) {
         let mut gathering = self.shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
-        gathering.census.merge(census);
-        gathering.refined |= refined;
+        if let Some(census) = census {
+            gathering.census.merge(census);
+            gathering.refined = true;
+        }
         if gathering.tiles.len() < self.shared.tiles {
             return;
         }
         // A plan that refines nothing would come again for ever. In round 1 the lot may fall on no pixel of a small film.
         let refined = std::mem::take(&mut gathering.refined);
         assert!(refined || number <= 1, "round {number} has refined nothing");
-        for tile in gathering.tiles.drain(..) {
-            let _ = self.requeue.send(Some(Job::Go(tile, Step::Judge(number))));
-        }
+        queue(&self.requeue, gathering.tiles.drain(..), self.shared.together(1), Step::Judge(number));
     }
 
-    /// Judges the pixels of a tile after a round. Who judges the last one plans the next round.
-    fn judge(&self, mut tile: Tile, number: u32, batch: &mut Batch) -> Result<(), Leave> {
+    /// Judges the pixels of tiles after a round. Who judges the last one plans the next round.
+    fn judge(&self, mut tiles: Vec<Tile>, number: u32, batch: &mut Batch) -> Result<(), Leave> {
         let shared = &*self.shared;
         let Some(map) = &shared.map else { return Err(Leave) };
         let (mut census, judging) = (Census::default(), Instant::now());
-        tile.judge(&shared.round(map, None), batch, &mut census);
+        tiles.iter_mut().for_each(|tile| tile.judge(&shared.round(map, None), batch, &mut census));
         batch.untold += judging.elapsed();
         let mut gathering = shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
-        gathering.tiles.push(tile);
+        gathering.tiles.append(&mut tiles);
         gathering.census.merge(&census);
         if gathering.tiles.len() < shared.tiles {
             return Ok(());
@@ -425,9 +451,8 @@ impl Worker {
         gathering.census.age();
         // The longest first, so that nobody waits long for the last.
         gathering.tiles.sort_by(|a, b| b.told().total_cmp(&a.told()));
-        for tile in gathering.tiles.drain(..) {
-            let _ = self.requeue.send(Some(Job::Go(tile, Step::Round(number + 1, plan.clone()))));
-        }
+        let together = if number == 0 { shared.together(JUDGED as usize - 1) } else { 1 };
+        queue(&self.requeue, gathering.tiles.drain(..), together, Step::Round(number + 1, plan));
         Ok(())
     }
 

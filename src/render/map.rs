@@ -1,10 +1,9 @@
 //! What the pixels of all tiles tell each other between two rounds.
 
 use super::pixel::Pixel;
+use super::rect::Rect;
 use super::scatter::Scatter;
-use super::tile::Rect;
 use crate::math::{linear_to_srgb_near, srgb_to_linear_near};
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 /// What is seen in each pixel. Tiles write their pixels while they are traced, and all wait for that before
@@ -17,7 +16,7 @@ pub(super) struct Map {
     words: Vec<AtomicU64>,
     /// Variances, as bits.
     variances: Vec<AtomicU32>,
-    /// Whether a pixel or one of its neighbours was written since it was judged. (Judging all pixels after each round took a
+    /// Whether a pixel was written since it was judged, or one of its neighbours has changed. (Judging all pixels after each round took a
     /// fifth of the time of a render of the demo to an error of 1.)
     stale: Vec<AtomicBool>,
     /// Samples that each pixel needs so that thin objects are seen; empty if there are none.
@@ -78,6 +77,12 @@ impl Look {
         self.codes.distance2(other.codes)
     }
 
+    /// Whether it says as much as before of the pixels around, within the quarter of a code.
+    fn is_like(self, before: Self) -> bool {
+        let is_calm = self.variance <= 2.0 * before.variance.max(QUIET);
+        self.tree == before.tree && is_calm && self.distance2(before) < UNSEEN
+    }
+
     /// The same distance to what is seen if the part `share` of the pixel shows what a neighbour shows that is not seen here.
     ///
     /// The neighbour may itself be a mixture: of two lights a (that of this pixel) and b with the mean m and the variance s^2,
@@ -93,6 +98,12 @@ impl Look {
         self.codes.0.into_iter().zip(here.into_iter().zip(there)).map(square).sum::<f64>() / 3.0
     }
 }
+
+/// The squared change in codes that does not make a pixel's neighbours be judged anew.
+const UNSEEN: f64 = 1.0 / 16.0;
+
+/// Variance of the brightness of single samples that is as good as none: about a code where the picture is dark.
+const QUIET: f32 = 1e-7;
 
 /// A neighbour is taken to show at least one part in so many of what lies beyond the edge.
 const MOST_BEYOND: f64 = 64.0;
@@ -119,45 +130,65 @@ pub(super) struct Fit {
 #[derive(Debug, Default)]
 pub(super) struct Window {
     columns: usize,
-    codes: [Vec<f32>; 3],
-    trees: Vec<u16>,
+    /// Codes by channel, and the ray tree: all are whole numbers that f32 holds.
+    layers: [Vec<f32>; 4],
     /// Of a row.
     pub fits: Vec<Fit>,
 }
 
+/// Pixels whose fits are found at once.
+const LANES: usize = 8;
+
 impl Window {
-    /// Finds how the pixels `from..to` of a row fit in: they are in `fits` then.
-    pub fn fit(&mut self, row: usize, from: usize, to: usize) {
-        let Self { columns, codes, trees, fits } = self;
-        fits.clear();
-        fits.resize(to, Fit::default());
-        // Of the nine pixels around the first.
-        let starts: [usize; 9] = std::array::from_fn(|k| (row + k / 3) * *columns + from + k % 3);
-        let around = starts.map(|start| {
-            let part = start..start + (to - from);
-            ([&codes[0][part.clone()], &codes[1][part.clone()], &codes[2][part.clone()]], &trees[part])
-        });
-        for (i, fit) in fits[from..].iter_mut().enumerate() {
-            let at = |k: usize| around[k].0.map(|channel| channel[i]);
-            let square = |[r, g, b]: [f32; 3]| (r * r + g * g + b * b) / (3.0 * 65536.0);
-            let here = at(4);
-            let apart = |k: usize| {
-                let there = at(k);
-                [here[0] - there[0], here[1] - there[1], here[2] - there[2]]
-            };
-            let (mut contrast2, mut farthest, mut other) = (0.0f32, 0.0, 4);
-            for k in 0..4 {
-                let (a, b) = (apart(k), apart(8 - k));
-                let bend = square([a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
-                contrast2 = if bend > contrast2 { bend } else { contrast2 };
-                for (distance, k) in [(square(a), k), (square(b), 8 - k)] {
-                    (farthest, other) = if distance > farthest { (distance, k as u8) } else { (farthest, other) };
+    /// Finds how those pixels of a row fit in that are stale, and some beside them: they are in `fits` then.
+    pub fn fit(&mut self, row: usize, stale: &[bool]) {
+        self.fits.resize(stale.len(), Fit::default());
+        for (start, stale) in (0..).step_by(LANES).zip(stale.chunks(LANES)) {
+            if stale.contains(&true) {
+                let fits = self.fit_lanes(row * self.columns + start);
+                self.fits[start..start + stale.len()].copy_from_slice(&fits[..stale.len()]);
+            }
+        }
+    }
+
+    /// Of the pixels right and below of the one at this place.
+    fn fit_lanes(&self, place: usize) -> [Fit; LANES] {
+        let at = |layer: usize, k: usize| -> &[f32; LANES] {
+            let start = place + k / 3 * self.columns + k % 3;
+            self.layers[layer][start..start + LANES].try_into().expect("as many as asked for")
+        };
+        let (mut contrast2, mut farthest, mut other) = ([0.0f32; LANES], [0.0f32; LANES], [4.0f32; LANES]);
+        for k in 0..4 {
+            let (mut bend, mut first, mut second) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
+            for channel in 0..3 {
+                let (here, a, b) = (at(channel, 4), at(channel, k), at(channel, 8 - k));
+                for i in 0..LANES {
+                    let (a, b) = (here[i] - a[i], here[i] - b[i]);
+                    bend[i] += (a + b) * (a + b);
+                    first[i] += a * a;
+                    second[i] += b * b;
                 }
             }
-            let tree = around[4].1[i];
-            let same = (0..9).fold(tree != 0, |same, k| same & (around[k].1[i] == tree));
-            *fit = Fit { contrast2, same, other };
+            for i in 0..LANES {
+                contrast2[i] = if bend[i] > contrast2[i] { bend[i] } else { contrast2[i] };
+                other[i] = if first[i] > farthest[i] { k as f32 } else { other[i] };
+                farthest[i] = if first[i] > farthest[i] { first[i] } else { farthest[i] };
+                other[i] = if second[i] > farthest[i] { (8 - k) as f32 } else { other[i] };
+                farthest[i] = if second[i] > farthest[i] { second[i] } else { farthest[i] };
+            }
         }
+        let (tree, mut others) = (at(3, 4), [0.0f32; LANES]);
+        for k in 0..9 {
+            let there = at(3, k);
+            for i in 0..LANES {
+                others[i] += (tree[i] - there[i]).abs();
+            }
+        }
+        std::array::from_fn(|i| Fit {
+            contrast2: contrast2[i] / (3.0 * 65536.0),
+            same: tree[i] != 0.0 && others[i] == 0.0,
+            other: other[i] as u8,
+        })
     }
 }
 
@@ -182,9 +213,14 @@ impl Map {
         self.variances[at].store(look.variance.to_bits(), Ordering::Relaxed);
     }
 
-    /// Puts down a pixel that has changed.
+    /// Puts down a pixel that has got samples. If it shows what it did, its neighbours need not be judged anew.
     pub fn write(&self, x: u32, y: u32, look: Look) {
+        let before = self.look(x, y);
         self.begin(x, y, look);
+        if look.is_like(before) {
+            self.stale[self.at(x, y)].store(true, Ordering::Relaxed);
+            return;
+        }
         for row in y.saturating_sub(1)..self.height.min(y + 2) {
             let (from, to) = (self.at(x.saturating_sub(1), row), self.at(self.width.min(x + 2), row));
             self.stale[from..to].iter().for_each(|stale| stale.store(true, Ordering::Relaxed));
@@ -203,35 +239,41 @@ impl Map {
         Look::unpack(self.words[at].load(Ordering::Relaxed), variance)
     }
 
-    /// Which pixels of a row, from (x, y) on, were put down since this was asked last, they or one of their neighbours; the first of
-    /// them and the end, if there are any.
-    pub fn take_stale(&self, x: u32, y: u32, width: u32, stale: &mut Vec<bool>) -> Option<Range<usize>> {
+    /// Which pixels of a row, from (x, y) on, were put down since this was asked last, they or a neighbour that has changed; whether
+    /// there are any.
+    pub fn take_stale(&self, x: u32, y: u32, width: u32, stale: &mut Vec<bool>) -> bool {
         let row = &self.stale[self.at(x, y)..][..width as usize];
-        let first = row.iter().position(|stale| stale.load(Ordering::Relaxed))?;
         stale.clear();
         stale.extend(row.iter().map(|stale| stale.load(Ordering::Relaxed)));
-        row[first..].iter().for_each(|stale| stale.store(false, Ordering::Relaxed));
-        let last = stale.iter().rposition(|stale| *stale)?;
-        Some(first..last + 1)
+        let are_there = stale.contains(&true);
+        if are_there {
+            row.iter().for_each(|stale| stale.store(false, Ordering::Relaxed));
+        }
+        are_there
     }
 
     /// Looks at the pixels of a tile and around it.
     pub fn look_around(&self, rect: Rect, window: &mut Window) {
-        let around = |start: u32, size: u32, end: u32| {
-            (0..size + 2).map(move |i| (start + i).saturating_sub(1).min(end - 1) as usize)
-        };
+        let (left, right) = (rect.x as usize, (rect.x + rect.width) as usize);
+        let inside = left.saturating_sub(1)..(right + 1).min(self.width as usize);
         window.columns = rect.width as usize + 2;
-        window.codes.iter_mut().for_each(Vec::clear);
-        window.trees.clear();
-        for y in around(rect.y, rect.height, self.height) {
-            let row = &self.words[y * self.width as usize..][..self.width as usize];
-            for x in around(rect.x, rect.width, self.width) {
-                let look = Look::unpack(row[x].load(Ordering::Relaxed), 0.0);
-                for (channel, code) in window.codes.iter_mut().zip(look.codes.0) {
-                    channel.push(code as f32);
+        window.layers.iter_mut().for_each(Vec::clear);
+        for y in (0..rect.height + 2).map(|i| (rect.y + i).saturating_sub(1).min(self.height - 1)) {
+            let row = &self.words[y as usize * self.width as usize..][..self.width as usize];
+            for (layer, shift) in window.layers.iter_mut().zip([48, 32, 16, 0]) {
+                let part = |word: &AtomicU64| f32::from((word.load(Ordering::Relaxed) >> shift) as u16);
+                if left == 0 {
+                    layer.push(part(&row[0]));
                 }
-                window.trees.push(look.tree);
+                layer.extend(row[inside.clone()].iter().map(part));
+                if right == row.len() {
+                    layer.push(part(&row[right - 1]));
+                }
             }
+        }
+        // So many may be found at once beyond the last pixel.
+        for layer in &mut window.layers {
+            layer.resize(layer.len() + LANES, 0.0);
         }
     }
 
@@ -256,8 +298,7 @@ mod tests {
         let take = || {
             let (mut stale, mut all) = (Vec::new(), Vec::new());
             for (x, y, width) in (0..5).flat_map(|y| [(0, y, 3), (3, y, 4)]) {
-                if let Some(range) = map.take_stale(x, y, width, &mut stale) {
-                    assert!(stale[range.start] && stale[range.end - 1]);
+                if map.take_stale(x, y, width, &mut stale) {
                     all.extend((0..width).filter(|i| stale[*i as usize]).map(|i| y * 7 + x + i));
                 }
             }
@@ -269,6 +310,10 @@ mod tests {
         map.write(5, 1, Look::grey(2));
         assert_eq!(take(), [4, 5, 6, 11, 12, 13, 18, 19, 20, 21, 22, 28, 29]);
         assert!(take().is_empty());
+        // What has not changed is judged by its own samples, and says nothing new of those around it.
+        map.write(5, 1, Look::grey(2));
+        map.write(3, 3, Look { tree: 1, ..map.look(3, 3) });
+        assert_eq!(take(), [12, 16, 17, 18, 23, 24, 25, 30, 31, 32]);
     }
 
     #[test]
@@ -297,7 +342,8 @@ mod tests {
         for (left, top, w, h) in [(0, 0, 13, 9), (8, 0, 5, 8), (8, 8, 5, 1), (0, 4, 1, 1)] {
             map.look_around(Rect { x: left, y: top, width: w, height: h }, &mut window);
             for (row, from) in (0..h).map(|row| (row, row % w)) {
-                window.fit(row as usize, from as usize, w as usize);
+                let stale: Vec<bool> = (0..w).map(|column| column >= from).collect();
+                window.fit(row as usize, &stale);
                 for column in from..w {
                     let (x, y) = (left + column, top + row);
                     let near = |dx: i32, dy: i32| {

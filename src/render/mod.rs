@@ -4,6 +4,7 @@
 //! the handle's own channel; a [`Film`] collects them into the picture, a [`Progress`] into numbers. The picture is a
 //! function of the scene alone: bit-identical for any thread count, tile size, pause and resume.
 
+mod batch;
 mod census;
 mod control;
 mod convergence;
@@ -17,6 +18,7 @@ mod map;
 mod pass;
 mod pixel;
 mod progress;
+mod rect;
 mod round;
 mod scatter;
 mod stopwatch;
@@ -25,6 +27,7 @@ mod tile;
 mod view;
 
 pub use crate::shading::RayCounts;
+pub use batch::BATCH;
 pub use event::{Cut, ErrorChange, RenderError, RenderEvent, TileImage, TileStats};
 pub use explain::{Explanation, explain};
 pub use film::Film;
@@ -33,6 +36,7 @@ pub use job::{RenderHandle, Settings, default_threads, start, start_probe};
 pub use layers::Layers;
 pub use pass::Pass;
 pub use progress::{Progress, WorkerProgress};
+pub use rect::Rect;
 pub use scatter::JUDGED;
-pub use tile::{BATCH, Rect, Tile, blocks, film_point};
+pub use tile::{Tile, blocks, film_point};
 pub use view::{Scale, View, index_color, viridis};

@@ -1,99 +1,18 @@
-//! Rectangles of pixels and the sums that are gathered in them.
+//! The sums that are gathered in a rectangle of pixels.
 
+use super::batch::{Batch, Wanted};
 use super::census::{Census, Group};
-use super::control::{Control, Wait};
-use super::event::{Cut, ErrorChange, TileImage, TileStats};
-use super::map::{Codes, Look, Map, Window};
+use super::event::{Cut, ErrorChange, TileImage};
+use super::map::{Codes, Look, Map};
 use super::pass::{COARSEST, Pass};
 use super::pixel::Pixel;
+use super::rect::Rect;
 use super::round::{Round, Seen, share_gained};
 use super::scatter::{JUDGED, Scatter};
 use crate::description::Filter;
 use crate::math::{sample_in_pixel, tent};
-use crate::scene::Scene;
-use crate::shading::{RayCounts, Sample, Sampler, Scratch};
+use crate::shading::Sample;
 use glam::DVec2;
-use std::time::{Duration, Instant};
-
-/// A rectangle of pixels of the film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Rect {
-    /// Leftmost column.
-    pub x: u32,
-    /// Topmost row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl Rect {
-    /// Pixels in it.
-    pub fn area(self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
-    }
-
-    /// Divides a film into tiles of this side (smaller ones at the right and lower edges), the middle first, then outward.
-    pub fn spiral(width: u32, height: u32, side: u32) -> Vec<Rect> {
-        let mut tiles: Vec<Rect> = (0..height.div_ceil(side))
-            .flat_map(|row| (0..width.div_ceil(side)).map(move |column| (column * side, row * side)))
-            .map(|(x, y)| Rect { x, y, width: side.min(width - x), height: side.min(height - y) })
-            .collect();
-        let from_middle = |r: &Rect| {
-            let off =
-                |start: u32, size: u32, whole: u32| (2 * i64::from(start) + i64::from(size) - i64::from(whole)).pow(2);
-            off(r.x, r.width, width) + off(r.y, r.height, height)
-        };
-        tiles.sort_by_key(from_middle);
-        tiles
-    }
-}
-
-/// Samples that are traced together: enough for packets of rays, few enough to stay in the cache.
-pub const BATCH: usize = 256;
-
-/// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
-#[derive(Debug, Default)]
-pub(super) struct Batch {
-    /// On the film.
-    points: Vec<DVec2>,
-    /// The pixel of each point: which of the tiles that are traced together, and its place row by row there.
-    pixels: Vec<(u32, u32)>,
-    samples: Vec<Sample>,
-    scratch: Scratch,
-    /// What is seen in and around a tile that is judged.
-    window: Window,
-    /// Which pixels of a row are to be judged anew.
-    stale: Vec<bool>,
-    /// Time for judging that no event has told.
-    pub untold: Duration,
-    /// Pixels of a pass: which, how many samples they have and how many they are to have.
-    wanted: Vec<(u32, u32, u32)>,
-}
-
-/// What a tile is traced with.
-#[derive(Clone, Copy)]
-pub(super) struct Tracer<'a> {
-    pub scene: &'a Scene,
-    pub sampler: Sampler,
-    /// How samples are spread over a pixel; `None`: all in its middle.
-    pub filter: Option<Filter>,
-    pub control: &'a Control,
-    /// Whether it is to be known how the samples of a pixel differ.
-    pub differences: bool,
-}
-
-/// How tracing ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Traced {
-    /// All samples are there.
-    Whole,
-    /// The time is over: some are there.
-    Part,
-    /// The render is cancelled.
-    Cancelled,
-}
 
 /// Row and column of the pixels of a tile in blocks of 8 by 8, so that rays traced together are close together.
 pub fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
@@ -162,94 +81,65 @@ impl Tile {
         }
     }
 
-    /// Pixels that are on the finest lattice so far.
-    pub(super) fn points(&self) -> u64 {
-        self.pixels.len() as u64
-    }
-
     /// Its pixels.
     pub fn rect(&self) -> Rect {
         self.rect
     }
 
-    /// Traces the samples of a pass that is the same for every picture.
-    pub(super) fn trace(&mut self, tracer: Tracer, pass: Pass, batch: &mut Batch, stats: &mut TileStats) -> Traced {
-        Self::trace_together(std::slice::from_mut(self), tracer, pass, batch, stats)
+    /// The pixel of the film that is this point of the lattice: column and row.
+    pub(super) fn place(&self, at: u32) -> (u32, u32) {
+        let ((columns, _), Rect { x, y, .. }) = (self.size(), self.rect);
+        (x + at % columns * self.step, y + at / columns * self.step)
     }
 
-    /// Traces such a pass of several tiles at once: the points of a coarse lattice are so few in a tile that rays would
-    /// not come in packets. (The first picture of the demo took 34 ms tile by tile.)
-    pub(super) fn trace_together(
-        tiles: &mut [Self],
-        tracer: Tracer,
-        pass: Pass,
-        batch: &mut Batch,
-        stats: &mut TileStats,
-    ) -> Traced {
-        let step = if let Pass::Lattice { step } = pass { step } else { 1 };
-        let mut work = Work { tracer, batch, stats, start: Instant::now() };
-        let mut traced = Traced::Whole;
-        for number in 0..tiles.len() {
-            let tile = &mut tiles[number];
-            // Sums get their memory here, so that starting a render takes none.
-            if tile.pixels.is_empty() || step < tile.step {
-                tile.refine(step, tracer.differences);
-            }
-            let (Rect { x, y, .. }, (columns, rows)) = (tile.rect, tile.size());
-            work.batch.wanted.clear();
-            for (row, column) in blocks(columns, rows) {
-                let samples = pass.samples_at(x + column * tile.step, y + row * tile.step);
-                if !samples.is_empty() {
-                    work.batch.wanted.push((row * columns + column, samples.start, samples.end));
-                }
-            }
-            traced = work.add(tiles, number);
-            if traced != Traced::Whole {
-                break;
-            }
+    /// Adds the next sample of a point; whether it is finite.
+    pub(super) fn add(&mut self, at: u32, sample: &Sample, differences: bool) -> bool {
+        let pixel = &mut self.pixels[at as usize];
+        if differences {
+            self.scatters[at as usize].note(pixel, sample);
         }
-        work.end(tiles, traced)
+        pixel.add(sample)
     }
 
-    /// Chooses the pixels of a round of refinement. Whether there are any.
-    pub(super) fn choose(&self, round: &Round, batch: &mut Batch) -> bool {
+    /// Puts down the pixels of a pass that is the same for every picture. `number`: of the tile among those that are traced together.
+    pub(super) fn enter(&mut self, number: u32, pass: Pass, differences: bool, batch: &mut Batch) {
+        // Sums get their memory here, so that starting a render takes none.
+        let step = if let Pass::Lattice { step } = pass { step } else { 1 };
+        if self.pixels.is_empty() || step < self.step {
+            self.refine(step, differences);
+        }
+        if self.codes.is_empty() && matches!(pass, Pass::Refine { to, .. } if to >= JUDGED) {
+            self.codes = self.pixels.iter().map(Codes::of).collect();
+        }
+        let (Rect { x, y, .. }, (columns, rows)) = (self.rect, self.size());
+        blocks(columns, rows).for_each(|(row, column)| {
+            let samples = pass.samples_at(x + column * self.step, y + row * self.step);
+            if !samples.is_empty() {
+                let at = row * columns + column;
+                batch.wanted.push(Wanted { tile: number, at, before: samples.start, after: samples.end });
+            }
+        });
+    }
+
+    /// Chooses the pixels of a round of refinement.
+    pub(super) fn choose(&self, number: u32, round: &Round, batch: &mut Batch) {
         let Rect { x, y, width, height } = self.rect;
-        batch.wanted.clear();
         blocks(width, height).for_each(|(row, column)| {
             let (at, x, y) = (row * width + column, x + column, y + row);
             let group = self.groups[at as usize];
             if round.looks_into(group, x, y) {
-                let traced = self.pixels[at as usize].traced();
-                let wanted = round.wanted(group, traced, x, y);
-                if wanted > traced {
-                    batch.wanted.push((at, traced, wanted));
+                let before = self.pixels[at as usize].traced();
+                let after = round.wanted(group, before, x, y);
+                if after > before {
+                    batch.wanted.push(Wanted { tile: number, at, before, after });
                 }
             }
         });
-        !batch.wanted.is_empty()
     }
 
-    /// Traces the samples that are wanted.
-    pub(super) fn trace_wanted(&mut self, tracer: Tracer, batch: &mut Batch, stats: &mut TileStats) -> Traced {
-        let cut = |tile: &Self, batch: &Batch| {
-            batch
-                .wanted
-                .iter()
-                .map(|&(at, ..)| tile.pixels[at as usize].cut())
-                .fold((0.0, 0.0f64), |(sum, largest), cut| (sum + cut, largest.max(cut)))
-        };
-        let before = cut(self, batch);
-        let mut work = Work { tracer, batch, stats, start: Instant::now() };
-        let tiles = std::slice::from_mut(self);
-        let traced = work.add(tiles, 0);
-        let traced = work.end(tiles, traced);
-        let (sum, largest) = cut(self, batch);
-        if before.1 > 0.0 && before.1 >= self.cut.largest {
-            self.count_cut();
-        } else {
-            self.cut = Cut { sum: (self.cut.sum + sum - before.0).max(0.0), largest: self.cut.largest.max(largest) };
-        }
-        traced
+    /// Samples that were traced of the pixels that were wanted of it.
+    pub(super) fn samples(&self, number: u32, batch: &Batch) -> u64 {
+        batch.of(number).iter().map(|wanted| u64::from(self.pixels[wanted.at as usize].traced() - wanted.before)).sum()
     }
 
     /// Puts down what all pixels look like.
@@ -261,9 +151,9 @@ impl Tile {
     }
 
     /// Puts down what the pixels look like that were traced in a round.
-    pub(super) fn note(&mut self, round: &Round, batch: &Batch, census: &mut Census) {
+    pub(super) fn note(&mut self, number: u32, round: &Round, batch: &Batch, census: &mut Census) {
         let Rect { x, y, width, .. } = self.rect;
-        for &(at, before, _) in &batch.wanted {
+        for &Wanted { at, before, .. } in batch.of(number) {
             round.note(&mut self.seen(at), before, (x + at % width, y + at / width), census);
         }
     }
@@ -282,12 +172,14 @@ impl Tile {
         self.groups.resize(self.pixels.len(), Group::default());
         let (mut change, mut is_there) = (0.0, false);
         for row in 0..height {
-            let Some(range) = round.map.take_stale(x, y + row, width, stale) else { continue };
+            if !round.map.take_stale(x, y + row, width, stale) {
+                continue;
+            }
             if !std::mem::replace(&mut is_there, true) {
                 round.map.look_around(self.rect, window);
             }
-            window.fit(row as usize, range.start, range.end);
-            for column in range.filter(|column| stale[*column]) {
+            window.fit(row as usize, stale);
+            for (column, _) in stale.iter().enumerate().filter(|(_, stale)| **stale) {
                 let mut seen = self.seen(row * width + column as u32);
                 let before = f64::from(seen.scatter.judged);
                 if !is_first {
@@ -308,10 +200,11 @@ impl Tile {
     /// What a round has made of the tile: if these are few, the pixels that were traced. In rounds that have a plan errors are
     /// told too, for the first time of all pixels, and how those of the traced ones have changed: from what the last census said to
     /// what they say of themselves.
-    pub(super) fn refined(&mut self, round: &Round, batch: &Batch) -> (TileImage, Option<ErrorChange>) {
-        let traced = || batch.wanted.iter().map(|&(at, ..)| at as usize);
-        let is_part = self.has_told_errors == round.plan.is_some() && batch.wanted.len() < self.pixels.len() / 2;
-        let mut image = self.image(is_part.then(|| batch.wanted.iter().map(|&(at, ..)| at).collect()));
+    pub(super) fn refined(&mut self, number: u32, round: &Round, batch: &Batch) -> (TileImage, Option<ErrorChange>) {
+        let wanted = batch.of(number);
+        let traced = || wanted.iter().map(|wanted| wanted.at as usize);
+        let is_part = self.has_told_errors == round.plan.is_some() && wanted.len() < self.pixels.len() / 2;
+        let mut image = self.image(is_part.then(|| wanted.iter().map(|wanted| wanted.at).collect()));
         if round.plan.is_none() {
             return (image, None);
         }
@@ -331,24 +224,24 @@ impl Tile {
 
     /// What was not followed in its pixels, counted anew.
     pub(super) fn count_cut(&mut self) -> Cut {
-        self.cut = self
-            .pixels
-            .iter()
-            .map(Pixel::cut)
-            .fold(Cut::default(), |cut, weight| Cut { sum: cut.sum + weight, largest: cut.largest.max(weight) });
+        self.cut = Cut::of(self.pixels.iter());
         self.cut
     }
 
-    /// What was not followed in its pixels.
-    pub(super) fn cut(&self) -> Cut {
-        self.cut
+    /// What was not followed in the pixels that are wanted of it: summed, and of the worst.
+    pub(super) fn cut_of(&self, number: u32, batch: &Batch) -> Cut {
+        Cut::of(batch.of(number).iter().map(|wanted| &self.pixels[wanted.at as usize]))
     }
 
-    /// Sees to it that what the pixels look like is known before a pass of all pixels.
-    pub(super) fn remember(&mut self, pass: Pass) {
-        if self.codes.is_empty() && matches!(pass, Pass::Refine { to, .. } if to >= JUDGED) {
-            self.codes = self.pixels.iter().map(Codes::of).collect();
+    /// What was not followed in all of its pixels, of which those that were wanted had this before.
+    pub(super) fn recount_cut(&mut self, number: u32, before: Cut, batch: &Batch) -> Cut {
+        if before.largest > 0.0 && before.largest >= self.cut.largest {
+            return self.count_cut();
         }
+        let now = self.cut_of(number, batch);
+        self.cut =
+            Cut { sum: (self.cut.sum + now.sum - before.sum).max(0.0), largest: self.cut.largest.max(now.largest) };
+        self.cut
     }
 
     /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too; and how
@@ -380,6 +273,14 @@ impl Tile {
     }
 }
 
+impl Cut {
+    fn of<'a>(pixels: impl Iterator<Item = &'a Pixel>) -> Self {
+        pixels
+            .map(Pixel::cut)
+            .fold(Self::default(), |cut, weight| Self { sum: cut.sum + weight, largest: cut.largest.max(weight) })
+    }
+}
+
 impl TileImage {
     fn take<'a>(&mut self, pixels: impl Iterator<Item = &'a Pixel> + Clone) {
         self.pixels = pixels.clone().map(|pixel| pixel.mean().to_f32()).collect();
@@ -401,89 +302,6 @@ fn spread<T: Copy + Default>(coarse: &[T], coarse_columns: u32, (columns, rows):
     fine
 }
 
-/// Samples on their way into tiles.
-struct Work<'a> {
-    tracer: Tracer<'a>,
-    batch: &'a mut Batch,
-    stats: &'a mut TileStats,
-    /// When the time began that is not counted yet.
-    start: Instant,
-}
-
-impl Work<'_> {
-    /// Takes in the samples that are wanted of a tile; traces when there are enough.
-    fn add(&mut self, tiles: &mut [Tile], number: usize) -> Traced {
-        let tile = &tiles[number];
-        let (Rect { x, y, .. }, (columns, _), step) = (tile.rect, tile.size(), tile.step);
-        let wanted = std::mem::take(&mut self.batch.wanted);
-        let mut traced = Traced::Whole;
-        'all: for &(at, from, to) in &wanted {
-            let (px, py) = (x + at % columns * step, y + at / columns * step);
-            for index in from..to {
-                self.batch.points.push(film_point(self.tracer.filter, px, py, index));
-                self.batch.pixels.push((number as u32, at));
-                if self.batch.points.len() == BATCH {
-                    traced = self.trace(tiles);
-                    if traced != Traced::Whole {
-                        break 'all;
-                    }
-                }
-            }
-        }
-        self.batch.wanted = wanted;
-        traced
-    }
-
-    /// Traces what is left, if all went well so far.
-    fn end(mut self, tiles: &mut [Tile], mut traced: Traced) -> Traced {
-        if traced == Traced::Whole {
-            traced = self.trace(tiles);
-        }
-        self.batch.points.clear();
-        self.batch.pixels.clear();
-        self.stats.busy += self.start.elapsed();
-        traced
-    }
-
-    /// Traces the samples that wait, and adds them in their order.
-    fn trace(&mut self, tiles: &mut [Tile]) -> Traced {
-        let Self { tracer: Tracer { scene, sampler, control, differences, .. }, batch, stats, start } = self;
-        batch.samples.resize(batch.points.len(), Sample::default());
-        stats.rays += loop {
-            control.look_at_the_clock();
-            let began = control.changes();
-            let mut rays = RayCounts::default();
-            sampler(scene, &batch.points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
-            if control.undisturbed(began) {
-                break rays;
-            }
-            // The samples may not be whole: once awake they are traced again.
-            stats.busy += start.elapsed();
-            match control.wait() {
-                Wait::GoOn => {}
-                Wait::Expired => return Traced::Part,
-                Wait::Cancelled => return Traced::Cancelled,
-            }
-            *start = Instant::now();
-        };
-        stats.samples += batch.points.len() as u64;
-        for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {
-            let Tile { pixels, scatters, .. } = &mut tiles[tile as usize];
-            let pixel = &mut pixels[at as usize];
-            if *differences {
-                scatters[at as usize].note(pixel, sample);
-            }
-            if !pixel.add(sample) {
-                stats.non_finite += 1;
-            }
-            stats.overfull += u64::from(sample.overfull);
-        }
-        batch.points.clear();
-        batch.pixels.clear();
-        Traced::Whole
-    }
-}
-
 /// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the pixel's middle.
 pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
@@ -498,27 +316,4 @@ pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
 /// Whether tiles of this side start on the coarsest lattice.
 pub(super) fn is_valid_side(side: u32) -> bool {
     side > 0 && side.is_multiple_of(COARSEST)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_tiles_of_any_film_cover_every_pixel_once_and_start_in_the_middle() {
-        for (width, height) in [(1, 1), (1, 50), (33, 65), (640, 360)] {
-            let mut seen = vec![0; (width * height) as usize];
-            let tiles = Rect::spiral(width, height, 16);
-            for r in &tiles {
-                for y in r.y..r.y + r.height {
-                    for x in r.x..r.x + r.width {
-                        seen[(y * width + x) as usize] += 1;
-                    }
-                }
-            }
-            assert!(seen.iter().all(|&n| n == 1), "{width}x{height}");
-            let first = tiles[0];
-            assert!(first.x <= width / 2 && width / 2 <= first.x + first.width + 8);
-        }
-    }
 }
