@@ -97,6 +97,19 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         }
     }
 
+    /// Finds out how a ray passes a body that it meets.
+    #[inline(never)]
+    fn pass_one(&mut self, i: usize, ray: &Ray, near: &Hit) {
+        let body = near.object;
+        match self.scene.slack_of(body, self.farthest) {
+            Some(slack) => {
+                let pass = self.scene.pass_one::<K>(ray, near, slack);
+                self.note(i, body, self.scene.transmit_of(body), pass);
+            }
+            None => self.glass.insert(i),
+        }
+    }
+
     /// Finds out how some rays of a group pass a body that is no ball. `slack`: the body's.
     #[inline(never)]
     fn pass(&mut self, index: u32, slack: f64, at: usize, lanes: usize, mut asked: u32) {
@@ -113,12 +126,15 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         while asked != 0 {
             let i = at + asked.trailing_zeros() as usize;
             asked &= asked - 1;
-            let pass = if is_cuboid {
-                self.packet.near[i]
+            if is_cuboid {
+                let pass = self.packet.near[i];
+                self.note(i, index, transmit, pass);
             } else {
-                scene.pass_one::<K>(&self.packet.front.ray(i), index, slack)
-            };
-            self.note(i, index, transmit, pass);
+                let ray = self.packet.front.ray(i);
+                if let Some(near) = object.intersect::<K>(&ray, index) {
+                    self.pass_one(i, &ray, &near);
+                }
+            }
         }
     }
 
@@ -252,14 +268,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
 
     /// Finds out how some rays of a group pass a ball.
     #[inline(always)]
-    fn pass_balls<W: Wide>(
-        &mut self,
-        object: u32,
-        ball: (DVec3, f64),
-        slack: Option<f64>,
-        at: usize,
-        near: Near,
-    ) {
+    fn pass_balls<W: Wide>(&mut self, object: u32, ball: (DVec3, f64), slack: Option<f64>, at: usize, near: Near) {
         let Near { maybe, surely, through } = near;
         let Some(slack) = slack else {
             let mut met = surely;
@@ -297,7 +306,7 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     type Rows = BallRows;
     type Found = Found;
     const ANY_HIT: bool = SEARCH != CLOSEST;
-    const LEAST: u32 = 16;
+    const LEAST: u32 = if SEARCH == OPAQUE { 8 } else { 16 };
     const SLACK: f32 = 0.0;
 
     #[inline(always)]
@@ -317,7 +326,8 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         let wide = |[x, y, z]: [[f64; 2]; 3]| (x[1] - x[0]).max(y[1] - y[0]).max(z[1] - z[0]);
         let farthest = ends.origin.iter().flatten().fold(0.0, |far: f64, v| v.abs().max(far));
         // From afar the pads of boxes would be as large as what is in them.
-        if wide(ends.origin) > APART * extent || farthest > FAR * extent || !BallRows::take(room, extent) {
+        let apart = if SEARCH == OPAQUE { f64::INFINITY } else { APART };
+        if wide(ends.origin) > apart * extent || farthest > FAR * extent || !BallRows::take(room, extent) {
             return false;
         }
         let together = &room.together;
@@ -412,16 +422,10 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         let leaf = &self.scene.geometry.leaves[block as usize];
         let (objects, ray) = (self.scene.objects(), self.packet.front.ray(i & (PACKET - 1)));
         if self.is_glass(leaf.object) {
-            if self.glass.contains(i) {
-                return false;
-            }
-            match self.scene.slack_of(leaf.object, self.farthest) {
-                Some(slack) => {
-                    let pass = self.scene.pass_one::<K>(&ray, leaf.object, slack);
-                    self.note(i, leaf.object, self.scene.transmit_of(leaf.object), pass);
-                }
-                None if objects[leaf.object as usize].occluded::<K>(&ray) => self.glass.insert(i),
-                None => {}
+            if !self.glass.contains(i)
+                && let Some(near) = leaf.intersect::<K>(objects, &ray)
+            {
+                self.pass_one(i, &ray, &near);
             }
             return false;
         }

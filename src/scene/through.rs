@@ -11,7 +11,7 @@ use super::front::{CAPACITY, Front};
 use super::packet::Way;
 use super::{Inside, Scene};
 use crate::bvh::{Task, TreeKernels};
-use crate::geometry::{Ray, leaves_sphere};
+use crate::geometry::{Hit, Ray, leaves_sphere};
 use glam::{DAffine3, DVec3};
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -174,7 +174,13 @@ impl<K: TreeKernels> Task for Walls<'_, K> {
             };
             let outward = |face: u32| {
                 let [x, y, z] = [ray.direction.dot(axes[0]), ray.direction.dot(axes[1]), ray.direction.dot(axes[2])];
-                let along = if face < 2 { x } else if face < 4 { y } else { z };
+                let along = if face < 2 {
+                    x
+                } else if face < 4 {
+                    y
+                } else {
+                    z
+                };
                 if face & 1 == 0 { -along } else { along }
             };
             let (into, out) = (outward(first), outward(last));
@@ -194,16 +200,15 @@ impl<K: TreeKernels> Task for Walls<'_, K> {
 }
 
 impl Scene {
-    /// Tells how one ray passes a convex body. `slack`: ways inside that are shorter count as grazing.
-    pub(super) fn pass_one<K: TreeKernels>(&self, ray: &Ray, body: u32, slack: f64) -> Pass {
-        let object = &self.objects()[body as usize];
-        let Some(near) = object.intersect::<K>(ray, body) else { return MISSES };
+    /// Tells how one ray passes a convex body that it meets. `slack`: ways inside that are shorter count as grazing.
+    pub(super) fn pass_one<K: TreeKernels>(&self, ray: &Ray, near: &Hit, slack: f64) -> Pass {
+        let object = &self.objects()[near.object as usize];
         let cosine = |facet: &super::Facet| facet.normal.dot(ray.direction).abs();
-        let first = self.facet::<K>(ray, &near);
+        let first = self.facet::<K>(ray, near);
         if cosine(&first) < GRAZING {
             return GRAZES;
         }
-        let Some(far) = object.intersect::<K>(&Ray { t_min: near.t, ..*ray }, body) else {
+        let Some(far) = object.intersect::<K>(&Ray { t_min: near.t, ..*ray }, near.object) else {
             return if first.entering { ENTERS } else { LEAVES };
         };
         let last = self.facet::<K>(ray, &far);
