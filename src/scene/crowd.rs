@@ -6,6 +6,8 @@
 //! What a ray finds is what it finds alone. In chains of ties the order in which objects are asked decides (see [`Hit::beats`]), so rays
 //! that have met a tie of two objects are traced again, alone. Without a tie there is no chain: whatever lies within reach of the
 //! nearest hit is compared with it, or with something that is farther away by less than the reach.
+//!
+//! Shadow rays go on past glass, and what they pass is counted (see `through`).
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
 
@@ -64,7 +66,8 @@ pub(super) struct Crowd<'a, K, const SEARCH: u8> {
 /// More than rounding to f32 takes away.
 const LONGER: f64 = 1.0 + 4.0 / 16_777_216.0;
 
-/// Rays that start farther apart than this part of the tree's extent share little of it.
+/// Rays that start farther apart than this part of the tree's extent share little of it. Shadow rays past glass are taken all the same, since
+/// each has much to do alone: 0.92 of the time on the field of glass.
 const APART: f64 = 0.2;
 
 /// Rays that start farther away, in extents of the tree, are traced alone.
@@ -306,6 +309,7 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
     type Rows = BallRows;
     type Found = Found;
     const ANY_HIT: bool = SEARCH != CLOSEST;
+    /// 4 and 16 are alike for the field of glass; so are 8, 12 and 16 for the closest hits.
     const LEAST: u32 = if SEARCH == OPAQUE { 8 } else { 16 };
     const SLACK: f32 = 0.0;
 

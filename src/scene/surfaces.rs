@@ -26,7 +26,8 @@ const SLOTS: usize = MOST_SURFACES + WIDTH * GROUPS;
 /// Fewer than so many hits are computed one by one.
 const FEWEST: usize = 3;
 
-/// Rays that [`Scene::surfaces`] takes at most.
+/// Rays that [`Scene::surfaces`] takes at most. With 1024, so that more rays run alike after many turns: 0.97 of the time on the field of
+/// glass, 1.0 to 1.06 elsewhere.
 pub const MOST_SURFACES: usize = 256;
 
 /// Surfaces where rays end; room for [`Scene::surfaces`], which takes no memory once it is there.

@@ -134,8 +134,7 @@ impl Lighting {
         self.ways.resize(self.shadow_rays.len(), Way::Unknown);
         self.inside.clear();
         let surfaces = &self.surfaces;
-        let media_of = |beam: &Beam| &media[surfaces[beam.surface as usize].index as usize];
-        self.inside.extend(self.beams.iter().map(|beam| media_of(beam).inside()));
+        self.inside.extend(self.beams.iter().map(|beam| surfaces[beam.surface as usize].inside));
         scene.look_along_packet::<K>(&self.shadow_rays, &self.inside, &mut self.ways, packets);
         for ((beam, ray), way) in self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.ways) {
             if stop.load(Ordering::Relaxed) {

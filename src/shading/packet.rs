@@ -100,6 +100,8 @@ pub(super) struct Surface {
     pub index: u32,
     /// Of the material in the scene.
     pub material: u32,
+    /// The bodies that are around it on the viewer's side.
+    pub inside: Inside,
     pub point: DVec3,
     pub shadow_start: ShadowStart,
     /// Unit, on the viewer's side.

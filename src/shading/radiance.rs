@@ -11,7 +11,7 @@ use super::tail::Tail;
 use crate::bvh::TreeKernels;
 use crate::geometry::{Ray, SurfaceInteraction, reflect};
 use crate::math::Rgb;
-use crate::scene::{MOST_SURFACES, MediumStack, PacketScratch, Scene, Surfaces};
+use crate::scene::{Inside, MOST_SURFACES, MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -218,6 +218,7 @@ impl<R: Recorder> Tracer<'_, R> {
                 self.lighting.surfaces.push(Surface {
                     index: index as u32,
                     material: interaction.material,
+                    inside: level.media.get(index).map_or(Inside::Nothing, MediumStack::inside),
                     point: interaction.point,
                     shadow_start: interaction.shadow_start(),
                     normal: interaction.shading_normal * interaction.side(),
