@@ -140,6 +140,62 @@ fn bodies() -> SceneDesc {
     d
 }
 
+/// Bodies of glass of all shapes, of two k_t, most with room between them, some that touch or overlap, some with opaque things
+/// in between, and a light inside of one.
+fn field() -> SceneDesc {
+    let mut d = desc(WIDTH, HEIGHT, perspective(v(1.0, 5.0, 12.0), v(0.0, 0.5, 0.0), DVec3::Y, 45.0));
+    d.world.background = SKY;
+    d.render.max_depth = 5;
+    let glass = |name: &str, transmit: f64| MaterialDesc {
+        transmit,
+        ior: 1.5,
+        diffuse: 0.2,
+        specular: 0.4,
+        reflect: 1.0 - transmit,
+        ..bare(name, Rgb::WHITE)
+    };
+    d.materials = vec![matte("floor", Rgb::new(0.7, 0.6, 0.5)), glass("clear", 0.9), glass("dim", 0.6)];
+    d.objects.push(object(ShapeDesc::Plane, "floor"));
+    for k in 0..49u32 {
+        let shape = match k % 8 {
+            0 | 5 | 7 => ShapeDesc::Sphere { radius: 0.5 },
+            1 | 6 => ShapeDesc::Cuboid { size: v(1.0, 0.6, 0.8) },
+            2 => ShapeDesc::Cylinder { radius: 0.4, height: 0.8 },
+            3 => ShapeDesc::Cone { radius: 0.4, height: 0.8 },
+            _ => ShapeDesc::Quad { size: DVec2::ONE },
+        };
+        let material = if k % 11 == 10 {
+            "floor"
+        } else if k > 40 {
+            "dim"
+        } else {
+            "clear"
+        };
+        let mut body = object(shape, material);
+        let gap = if k % 5 == 4 { 0.0 } else { 0.2 };
+        body.translate = v(f64::from(k % 7) * 1.2 - 3.6, 0.5 + gap, f64::from(k / 7) * 1.2 - 3.6);
+        body.rotate = v(0.0, 17.0 * f64::from(k), if k % 3 == 0 { 30.0 } else { 0.0 });
+        if k % 9 == 8 {
+            body.scale.y = 0.7;
+        }
+        d.objects.push(body);
+    }
+    // Across two of them.
+    d.objects.push(sphere(v(0.6, 0.7, 0.6), 0.3, "dim"));
+    let inside = d.objects[25].translate;
+    d.lights = vec![
+        point_light(v(3.0, 8.0, 3.0), Rgb::WHITE, 0.6, Falloff::None),
+        point_light(inside, Rgb::new(1.0, 0.5, 0.2), 0.5, Falloff::InverseSquare),
+        sun(v(-1.0, 0.4, 0.5), Rgb::grey(0.8), 0.4),
+    ];
+    d
+}
+
+#[test]
+fn a_sample_is_the_same_alone_and_in_company_among_many_bodies_of_glass() {
+    assert_alone_as_in_company("field", &field());
+}
+
 #[test]
 fn a_sample_is_the_same_alone_and_in_company_where_media_touch_and_overlap() {
     assert_alone_as_in_company("bodies", &bodies());

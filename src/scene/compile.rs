@@ -159,12 +159,10 @@ fn compile_with(
         assets,
         eye_media: MediumStack::default(),
         transmitting: Vec::new(),
-        has_blockers: true,
     };
     if scene.has_media {
         let objects = 0..scene.objects().len() as u32;
         scene.transmitting = objects.map(|object| scene.transmits(object)).collect();
-        scene.has_blockers = scene.geometry.leaves.iter().any(|leaf| !scene.may_transmit(leaf.object));
         scene.geometry.clearances(); // Now, so that no worker waits for another that computes them.
         scene.eye_media = scene.media_at(camera.position());
     }

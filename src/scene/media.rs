@@ -25,6 +25,17 @@ impl PartialEq for MediumStack {
     }
 }
 
+/// What of bodies is around the start of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Inside {
+    /// None.
+    Nothing,
+    /// This one.
+    One(u32),
+    /// More than one.
+    Several,
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Body {
     object: u32,
@@ -35,6 +46,20 @@ impl MediumStack {
     /// Whether a ray is outside of all bodies.
     pub fn is_empty(&self) -> bool {
         self.len == 0
+    }
+
+    /// The body that a ray is inside of, if there is just one.
+    pub fn only(&self) -> Option<u32> {
+        (self.len == 1).then_some(self.bodies[0].object)
+    }
+
+    /// How many bodies a ray is inside of, as far as it matters.
+    pub fn inside(&self) -> Inside {
+        match self.len {
+            0 => Inside::Nothing,
+            1 => Inside::One(self.bodies[0].object),
+            _ => Inside::Several,
+        }
     }
 
     /// Whether more bodies were entered than there is room for.

@@ -19,6 +19,7 @@ mod summary;
 mod surface;
 mod surfaces;
 mod texture;
+mod through;
 mod traverse;
 mod visits;
 
@@ -26,7 +27,7 @@ pub use camera::Camera;
 pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
-pub use media::{MOST_BODIES, MediumStack};
+pub use media::{Inside, MOST_BODIES, MediumStack};
 pub use mesh::Mesh;
 pub use object::{Object, Shape};
 pub use packet::{PacketScratch, Way};
@@ -41,7 +42,7 @@ use crate::assets::Image;
 use crate::bvh::{Bvh, BvhStats, Isa};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
-
+use clearance::Clearance;
 use glam::DVec3;
 use leaf::Leaf;
 use std::collections::BTreeMap;
@@ -85,8 +86,6 @@ pub struct Scene {
     has_media: bool,
     /// Whether light may get through an object somewhere, for each; empty if it does through none.
     transmitting: Vec<bool>,
-    /// Whether light does not get through some object that has a box.
-    has_blockers: bool,
 }
 
 /// The objects and the tree over them: what only moving, adding or removing objects changes.
@@ -102,8 +101,8 @@ struct Geometry {
     leaves: Vec<Leaf>,
     /// Planes.
     unbounded: Vec<u32>,
-    /// How far each object is from all others, where that matters.
-    clearances: OnceLock<Vec<f64>>,
+    /// What is free around each object, where that matters.
+    clearances: OnceLock<Vec<Clearance>>,
     /// Centre and radius of a sphere around each object; infinite for planes.
     spheres: Vec<(DVec3, f64)>,
 }
@@ -156,6 +155,11 @@ impl Scene {
     /// Whether light may get through an object somewhere.
     fn may_transmit(&self, object: u32) -> bool {
         self.transmitting.get(object as usize).is_some_and(|transmitting| *transmitting)
+    }
+
+    /// The k_t of an object that is of one material.
+    fn transmit_of(&self, object: u32) -> f64 {
+        self.materials[self.material_of(object, 0) as usize].transmit
     }
 
     /// Finds it out.

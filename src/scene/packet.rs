@@ -12,7 +12,8 @@ use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
 use super::front::{
     Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
 };
-use super::{Mesh, Object, Scene, Shape};
+use super::through::Tally;
+use super::{Inside, Mesh, Object, Scene, Shape};
 use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RaySet, Room, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
 use std::cell::RefCell;
@@ -34,12 +35,14 @@ pub struct PacketScratch {
 }
 
 /// What is in the way of a shadow ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Way {
     /// Nothing.
     Clear,
     /// Something opaque.
     Blocked,
+    /// Glass that lets this part of the light through.
+    Part(f64),
     /// Nothing opaque, but something that may let light through.
     Glass,
     /// Not known.
@@ -59,6 +62,8 @@ pub(super) struct Packet {
     rays: Vec<Ray>,
     numbers: Vec<usize>,
     in_mesh: PacketRoom,
+    /// What shadow rays pass.
+    pub tally: Tally,
 }
 
 impl Packet {
@@ -82,6 +87,7 @@ impl Packet {
             rays: Vec::with_capacity(CAPACITY),
             numbers: Vec::with_capacity(CAPACITY),
             in_mesh: PacketRoom::default(),
+            tally: Tally::NEW,
         })
     }
 
@@ -257,7 +263,7 @@ impl Scene {
         if !self.is_simple() {
             let mut last = None;
             for (rays, occluded) in rays.chunks(PACKET).zip(occluded.chunks_mut(PACKET)) {
-                let left = self.trace_crowd::<K, ANY>(rays, scratch, |i, found| occluded[i] = found.ended);
+                let left = self.trace_crowd::<K, ANY>(rays, &[], scratch, |i, found| occluded[i] = found.ended);
                 left.each(|i| occluded[i] = self.occluded_again::<K>(&rays[i], &mut last));
             }
             return;
@@ -277,7 +283,7 @@ impl Scene {
     /// [`Scene::intersect_packet`] of up to [`PACKET`] rays through the tree.
     fn intersect_crowd<K: TreeKernels>(&self, rays: &[Ray], hits: &mut [Option<Hit>], scratch: &mut PacketScratch) {
         let mut tied = RaySet::NONE;
-        let left = self.trace_crowd::<K, CLOSEST>(rays, scratch, |i, found| {
+        let left = self.trace_crowd::<K, CLOSEST>(rays, &[], scratch, |i, found| {
             hits[i] = found.hit;
             if found.tied {
                 tied.insert(i);
@@ -290,6 +296,7 @@ impl Scene {
     fn trace_crowd<K: TreeKernels, const SEARCH: u8>(
         &self,
         rays: &[Ray],
+        inside: &[Inside],
         scratch: &mut PacketScratch,
         mut take: impl FnMut(usize, Found),
     ) -> RaySet {
@@ -298,7 +305,7 @@ impl Scene {
         }
         let PacketScratch { packet, in_tree } = scratch;
         let packet = RefCell::new(&mut **packet.get_or_insert_with(Packet::new));
-        let (source, room) = (Source { scene: self, packet }, in_tree.get_or_insert_default());
+        let (source, room) = (Source { scene: self, packet, inside }, in_tree.get_or_insert_default());
         self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>, _>(rays, &source, room, &mut take)
     }
 
@@ -314,22 +321,19 @@ impl Scene {
         occluder.is_some()
     }
 
-    /// For each ray what is in its way, as far as can be told without following it through glass.
-    pub fn look_along_packet<K: TreeKernels>(&self, rays: &[Ray], ways: &mut [Way], scratch: &mut PacketScratch) {
+    /// For each ray what is in its way, as far as can be told without following it through glass. `inside`: what each starts in.
+    pub fn look_along_packet<K: TreeKernels>(
+        &self,
+        rays: &[Ray],
+        inside: &[Inside],
+        ways: &mut [Way],
+        scratch: &mut PacketScratch,
+    ) {
         if !self.is_simple() {
             ways.fill(Way::Unknown);
-            // Where nothing but planes can be opaque, all that comes of it is that glass is in the way; finding that took a tenth of
-            // the time on the field of glass.
-            if !self.has_blockers {
-                return;
-            }
-            for (rays, ways) in rays.chunks(PACKET).zip(ways.chunks_mut(PACKET)) {
-                self.trace_crowd::<K, OPAQUE>(rays, scratch, |i, found| {
-                    ways[i] = match found {
-                        Found { ended: true, .. } => Way::Blocked,
-                        Found { glass: true, .. } => Way::Glass,
-                        _ => Way::Clear,
-                    };
+            for ((rays, inside), ways) in rays.chunks(PACKET).zip(inside.chunks(PACKET)).zip(ways.chunks_mut(PACKET)) {
+                self.trace_crowd::<K, OPAQUE>(rays, inside, scratch, |i, found| {
+                    ways[i] = if found.ended { Way::Blocked } else { found.way };
                 });
             }
             return;

@@ -4,7 +4,6 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
-use super::front::CAPACITY;
 use super::surface::{Facet, Placement};
 use super::{Object, Scene, Shape};
 use crate::bvh::{Bvh, Task, TreeKernels};
@@ -22,13 +21,14 @@ const WIDTH: usize = 8;
 /// Objects that hits are sorted by at most; those with others are computed one by one.
 const GROUPS: usize = 8;
 
-const SLOTS: usize = CAPACITY + WIDTH * GROUPS;
+const SLOTS: usize = MOST_SURFACES + WIDTH * GROUPS;
 
 /// Fewer than so many hits are computed one by one.
 const FEWEST: usize = 3;
 
-/// Rays that [`Scene::surfaces`] takes at most.
-pub const MOST_SURFACES: usize = CAPACITY;
+/// Rays that [`Scene::surfaces`] takes at most. With 1024, so that more rays run alike after many turns: 0.97 of the time on the field of
+/// glass, 1.0 to 1.06 elsewhere.
+pub const MOST_SURFACES: usize = 256;
 
 /// Surfaces where rays end; room for [`Scene::surfaces`], which takes no memory once it is there.
 #[derive(Debug, Default)]
@@ -39,7 +39,7 @@ pub struct Surfaces {
 #[derive(Debug)]
 struct Room {
     /// Where each hit is, by number of its ray: first its group, then its slot.
-    slots: [u16; CAPACITY],
+    slots: [u16; MOST_SURFACES],
     hits: Hits,
     found: Found,
 }
@@ -125,7 +125,7 @@ impl Room {
     fn new() -> Box<Self> {
         let zero = [0.0; SLOTS];
         Box::new(Self {
-            slots: [0; CAPACITY],
+            slots: [0; MOST_SURFACES],
             hits: Hits {
                 origin: [zero; 3],
                 direction: [zero; 3],
@@ -288,7 +288,7 @@ impl Scene {
     /// Computes for each hit what [`Scene::interaction`] gives, to the last bit; [`Surfaces::get`] tells it. Takes
     /// [`MOST_SURFACES`] rays at most.
     pub fn surfaces<K: TreeKernels>(&self, rays: &[Ray], hits: &[Option<Hit>], surfaces: &mut Surfaces) {
-        debug_assert!(rays.len() <= CAPACITY);
+        debug_assert!(rays.len() <= MOST_SURFACES);
         let Room { slots, hits: sorted, found } = &mut **surfaces.room.get_or_insert_with(Room::new);
         let objects = self.objects();
         let (mut groups, mut open) = (<[Group; GROUPS]>::default(), 0);

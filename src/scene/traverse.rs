@@ -125,7 +125,7 @@ impl Scene {
     /// of them start behind all of them, so a crossing has to deal with them together.
     pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, visit: impl FnMut(Hit)) {
         // Twice, because hits and boxes are where they are to within less than the slack.
-        if 2.0 * slack * ray.direction.length() < self.geometry.clearances()[hit.object as usize] {
+        if 2.0 * slack * ray.direction.length() < self.geometry.clearances()[hit.object as usize].distance {
             return;
         }
         let near = Ray { t_min: (hit.t - slack).max(ray.t_min), t_max: hit.t + slack, ..*ray };

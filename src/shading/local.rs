@@ -132,7 +132,10 @@ impl Lighting {
         stop: &AtomicBool,
     ) {
         self.ways.resize(self.shadow_rays.len(), Way::Unknown);
-        scene.look_along_packet::<K>(&self.shadow_rays, &mut self.ways, packets);
+        self.inside.clear();
+        let surfaces = &self.surfaces;
+        self.inside.extend(self.beams.iter().map(|beam| surfaces[beam.surface as usize].inside));
+        scene.look_along_packet::<K>(&self.shadow_rays, &self.inside, &mut self.ways, packets);
         for ((beam, ray), way) in self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.ways) {
             if stop.load(Ordering::Relaxed) {
                 return;
@@ -141,6 +144,10 @@ impl Lighting {
             let reached = match way {
                 Way::Clear => continue,
                 Way::Blocked => false,
+                Way::Part(part) => {
+                    beam.part = *part;
+                    continue;
+                }
                 Way::Glass => {
                     scene.glass_along::<K>(ray, hits);
                     true
@@ -150,7 +157,7 @@ impl Lighting {
             if !reached {
                 beam.part = 0.0;
             } else if !hits.is_empty() {
-                let media = media[self.surfaces[beam.surface as usize].index as usize];
+                let media = media[surfaces[beam.surface as usize].index as usize];
                 beam.part = transmittance::<K>(scene, *ray, media, hits);
             }
         }

@@ -3,7 +3,7 @@
 use super::tail::Tail;
 use crate::geometry::{Hit, Ray, ShadowStart};
 use crate::math::Rgb;
-use crate::scene::{MediumStack, PacketScratch, Surfaces, Way};
+use crate::scene::{Inside, MediumStack, PacketScratch, Surfaces, Way};
 use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
@@ -36,7 +36,10 @@ pub(super) struct Path {
 /// Rays of one depth and what comes back along them.
 #[derive(Debug, Default)]
 pub(super) struct Level {
+    /// Last come those that are inside of a body where they meet nothing else.
     pub rays: Vec<Ray>,
+    /// How many come before.
+    pub outside: usize,
     pub paths: Vec<Path>,
     /// The transparent bodies that each ray starts in; empty in scenes without.
     pub media: Vec<MediumStack>,
@@ -60,9 +63,14 @@ pub(super) struct Branches {
     paths: Vec<Path>,
     /// As in [`Level::media`].
     media: Vec<MediumStack>,
-    /// How many rays there are of each octant.
-    octants: [usize; 8],
+    /// In which order they are taken: by octant, and at last those that meet nothing but the body that they are inside of.
+    kinds: Vec<u8>,
+    /// How many rays there are of each kind.
+    counts: [usize; 9],
 }
+
+/// Kind of the rays that meet nothing but the body that they are inside of.
+const INSIDE: u8 = 8;
 
 /// Surfaces that a packet of rays meets, and the light that falls on them.
 #[derive(Debug, Default)]
@@ -75,6 +83,8 @@ pub(super) struct Lighting {
     /// Toward the light, one a beam.
     pub shadow_rays: Vec<Ray>,
     pub occluded: Vec<bool>,
+    /// The bodies that shadow rays start in.
+    pub inside: Vec<Inside>,
     /// As far as glass lets light through.
     pub ways: Vec<Way>,
     /// With transparent objects along a shadow ray.
@@ -90,6 +100,8 @@ pub(super) struct Surface {
     pub index: u32,
     /// Of the material in the scene.
     pub material: u32,
+    /// The bodies that are around it on the viewer's side.
+    pub inside: Inside,
     pub point: DVec3,
     pub shadow_start: ShadowStart,
     /// Unit, on the viewer's side.
@@ -140,21 +152,22 @@ impl Level {
     /// the tree.
     pub fn take(&mut self, branches: &mut Branches) {
         self.clear();
-        if branches.octants.contains(&branches.rays.len()) {
+        self.outside = branches.rays.len() - branches.counts[usize::from(INSIDE)];
+        if branches.counts.contains(&branches.rays.len()) {
             // In order as they are. (Changing places with them would let both grow again and again.)
             self.rays.extend_from_slice(&branches.rays);
             self.paths.extend_from_slice(&branches.paths);
             self.media.extend_from_slice(&branches.media);
         } else {
-            let mut starts = branches.octants;
+            let mut starts = branches.counts;
             let mut sum = 0;
             for start in &mut starts {
                 sum += std::mem::replace(start, sum);
             }
             self.order.clear();
             self.order.resize(branches.rays.len(), 0);
-            for (number, ray) in (0..).zip(&branches.rays) {
-                let start = &mut starts[octant(ray)];
+            for (number, &kind) in (0..).zip(&branches.kinds) {
+                let start = &mut starts[usize::from(kind)];
                 self.order[*start] = number;
                 *start += 1;
             }
@@ -170,13 +183,16 @@ impl Level {
 }
 
 /// Which of the eight octants of directions a ray runs in.
-fn octant(ray: &Ray) -> usize {
-    ray.direction.is_negative_bitmask() as usize
+fn octant(ray: &Ray) -> u8 {
+    ray.direction.is_negative_bitmask() as u8
 }
 
 impl Branches {
-    pub fn push(&mut self, ray: Ray, path: Path, media: Option<&MediumStack>) {
-        self.octants[octant(&ray)] += 1;
+    /// `inside`: whether the ray meets nothing but the body that it is inside of.
+    pub fn push(&mut self, ray: Ray, path: Path, media: Option<&MediumStack>, inside: bool) {
+        let kind = if inside { INSIDE } else { octant(&ray) };
+        self.counts[usize::from(kind)] += 1;
+        self.kinds.push(kind);
         self.rays.push(ray);
         self.paths.push(path);
         self.media.extend(media);
@@ -189,22 +205,24 @@ impl Branches {
             if worth_it(&self.paths[k]) {
                 if kept < k {
                     (self.rays[kept], self.paths[kept]) = (self.rays[k], self.paths[k]);
-                    self.media[kept] = self.media[k];
+                    (self.media[kept], self.kinds[kept]) = (self.media[k], self.kinds[k]);
                 }
                 kept += 1;
             } else {
-                self.octants[octant(&self.rays[k])] -= 1;
+                self.counts[usize::from(self.kinds[k])] -= 1;
             }
         }
         self.rays.truncate(kept);
         self.paths.truncate(kept);
         self.media.truncate(kept);
+        self.kinds.truncate(kept);
     }
 
     fn clear(&mut self) {
         self.rays.clear();
         self.paths.clear();
         self.media.clear();
-        self.octants = [0; 8];
+        self.kinds.clear();
+        self.counts = [0; 9];
     }
 }

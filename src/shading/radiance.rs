@@ -11,7 +11,7 @@ use super::tail::Tail;
 use crate::bvh::TreeKernels;
 use crate::geometry::{Ray, SurfaceInteraction, reflect};
 use crate::math::Rgb;
-use crate::scene::{MOST_SURFACES, MediumStack, PacketScratch, Scene, Surfaces};
+use crate::scene::{Inside, MOST_SURFACES, MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -64,6 +64,7 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
         first.rays.push(ray);
         first.paths.push(Path { sample, parent: 0, share: 1.0, weight: 1.0 });
     }
+    first.outside = points.len();
     counts.camera += points.len() as u64;
     let mut tracer = Tracer { scene, samples, counts, lighting, packets, surfaces, tails, recorder, stop };
     tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
@@ -107,7 +108,7 @@ impl<R: Recorder> Tracer<'_, R> {
             return;
         }
         level.hits.resize(level.rays.len(), None);
-        self.scene.intersect_packet::<K>(&level.rays, &mut level.hits, self.packets);
+        self.intersect::<K>(level);
         self.lighting.surfaces.clear();
         self.scene.surfaces::<K>(&level.rays, &level.hits, self.surfaces);
         if TERMS & terms::GLASS != 0 {
@@ -137,6 +138,17 @@ impl<R: Recorder> Tracer<'_, R> {
             next.take(&mut level.refracted);
             self.counts.refraction += next.rays.len() as u64;
             self.follow::<K, TERMS>(RayKind::Refraction, &mut level.sums, deeper, depth + 1);
+        }
+    }
+
+    /// Finds what the rays of a packet meet.
+    fn intersect<K: TreeKernels>(&mut self, level: &mut Level) {
+        let (scene, outside) = (self.scene, level.outside);
+        scene.intersect_packet::<K>(&level.rays[..outside], &mut level.hits[..outside], self.packets);
+        for number in outside..level.rays.len() {
+            let ray = &level.rays[number];
+            let exit = level.media[number].only().and_then(|body| scene.exit::<K>(ray, body));
+            level.hits[number] = exit.or_else(|| scene.intersect::<K>(ray));
         }
     }
 
@@ -206,6 +218,7 @@ impl<R: Recorder> Tracer<'_, R> {
                 self.lighting.surfaces.push(Surface {
                     index: index as u32,
                     material: interaction.material,
+                    inside: level.media.get(index).map_or(Inside::Nothing, MediumStack::inside),
                     point: interaction.point,
                     shadow_start: interaction.shadow_start(),
                     normal: interaction.shading_normal * interaction.side(),
@@ -240,6 +253,8 @@ impl<R: Recorder> Tracer<'_, R> {
                 continue;
             }
             let media = level.media.get(number);
+            // Whether a ray has only to find the way out of a body.
+            let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
             let outside = media.map_or(scene.world.ior, |media| media.ior(scene));
             let beyond = if TERMS & terms::GLASS != 0 { level.beyond[number].as_ref() } else { None };
             let eta = beyond.map(|beyond| outside / beyond.ior(scene));
@@ -253,10 +268,12 @@ impl<R: Recorder> Tracer<'_, R> {
             let onward = path(mirrored);
             if self.worth_it(&onward, RayKind::Reflection) {
                 let direction = reflect(ray.direction, normal, facet);
-                level.reflected.push(interaction.spawn_ray::<K>(direction), onward, media);
+                let ray = interaction.spawn_ray::<K>(direction);
+                level.reflected.push(ray, onward, media, media.is_some_and(inside));
             }
             if let (Some((share, direction)), Some(beyond)) = (transmit, beyond) {
-                level.refracted.push(interaction.spawn_ray::<K>(direction), path(share), Some(beyond));
+                let ray = interaction.spawn_ray::<K>(direction);
+                level.refracted.push(ray, path(share), Some(beyond), inside(beyond));
             }
         }
         level.onward = onward;
