@@ -10,6 +10,7 @@ mod bins;
 mod buffer;
 mod packet;
 mod portable;
+mod prefetch;
 mod rays;
 mod set;
 mod slab;
@@ -22,9 +23,9 @@ mod x86;
 pub use beam::Beam;
 pub use bins::add;
 pub use buffer::filled;
-pub use buffer::prefetch;
 pub use packet::{PACKET, PacketVisitor};
 pub use portable::Portable;
+pub use prefetch::prefetch;
 #[cfg(test)]
 pub use rays::Take;
 pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, Together, largest};

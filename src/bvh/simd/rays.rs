@@ -117,7 +117,7 @@ pub struct Room<R> {
 pub struct Take<'a, S: ?Sized, R> {
     /// Which of them.
     which: &'a RaySet,
-    kinds: PhantomData<(fn(&S), R)>,
+    kinds: PhantomData<fn(&S) -> R>,
 }
 
 impl<'a, S: Rays + ?Sized, R: RayRows> Take<'a, S, R> {
