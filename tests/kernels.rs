@@ -309,6 +309,8 @@ fn what_a_ray_meets_in_f32_depends_neither_on_the_others_nor_on_the_instruction_
 struct Columns<'a>(&'a [Vec<f32>; 8]);
 
 impl Rays for Columns<'_> {
+    const IN_ROWS: bool = true;
+
     fn count(&self) -> usize {
         self.0[0].len()
     }

@@ -39,6 +39,8 @@ struct Rows([[f32; PACKET]; 8]);
 struct Sheaf<'a>(&'a Rows, usize);
 
 impl Rays for Sheaf<'_> {
+    const IN_ROWS: bool = true;
+
     #[inline(always)]
     fn count(&self) -> usize {
         self.1
