@@ -208,7 +208,8 @@ fn samples_beyond_the_usual_error_are_told_where_most_pixels_need_few_and_nowher
     };
     let saved = 1.0 - count(&edited) as f64 / count(&desc) as f64;
     assert!((saved - found.rays).abs() < 0.05, "{saved} of {}", found.rays);
-    // Edges everywhere: 16 samples are not enough anywhere. (Not in black, which with an error to reach asks for no shadow rays.)
+    // Edges everywhere: 16 samples are not enough anywhere. (Not in black, which with an error to reach asks for no
+    // shadow rays.)
     let edges = "[[material]]\nname = \"check\"\ntexture = { checker = [\"#303030\", \"white\"], size = 0.002 }\n\
                  [[object]]\nshape = \"plane\"\nmaterial = \"check\"\n";
     let steep = view.replace("position = [0, 1.5, 6]", "position = [0, 6, 0.1]");

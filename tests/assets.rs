@@ -744,8 +744,8 @@ fn what_is_no_model_is_refused_with_a_reason() {
     }
 }
 
-/// About 1.5 MB of everything that one line says about others: indices that count back or look ahead, materials, groups,
-/// objects, continued lines.
+/// About 1.5 MB of everything that one line says about others: indices that count back or look ahead, materials,
+/// groups, objects, continued lines.
 fn tangle(rng: &mut SplitMix64) -> String {
     let mut obj = "mtllib m.mtl\nvn 0 0 1\nvt 0.5 0.5\n".to_owned();
     let mut vertices = 0;

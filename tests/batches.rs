@@ -95,7 +95,8 @@ fn assert_alone_as_in_company(name: &str, desc: &SceneDesc) {
     }
 }
 
-/// Glass in glass, glass on glass, glass on a floor, a ball half in a block, a camera inside of a body, mirrors face to face.
+/// Glass in glass, glass on glass, glass on a floor, a ball half in a block, a camera inside of a body, mirrors face to
+/// face.
 fn bodies() -> SceneDesc {
     let mut d = desc(WIDTH, HEIGHT, perspective(v(0.4, 1.4, 4.6), v(0.0, 0.4, 0.0), DVec3::Y, 42.0));
     d.world.background = SKY;
@@ -140,8 +141,8 @@ fn bodies() -> SceneDesc {
     d
 }
 
-/// Bodies of glass of all shapes, of two k_t, most with room between them, some that touch or overlap, some with opaque things
-/// in between, and a light inside of one.
+/// Bodies of glass of all shapes, of two k_t, most with room between them, some that touch or overlap, some with opaque
+/// things in between, and a light inside of one.
 fn field() -> SceneDesc {
     let mut d = desc(WIDTH, HEIGHT, perspective(v(1.0, 5.0, 12.0), v(0.0, 0.5, 0.0), DVec3::Y, 45.0));
     d.world.background = SKY;

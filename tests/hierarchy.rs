@@ -98,7 +98,8 @@ fn bumpy(n: usize, size: f64) -> (String, Vec<DVec3>) {
     (text, points)
 }
 
-/// `n` things of all shapes in [-1, 1]³, some in the same place, some huge, some tiny; every fifth a mesh if there is one.
+/// `n` things of all shapes in [-1, 1]³, some in the same place, some huge, some tiny; every fifth a mesh if there is
+/// one.
 fn crowd(n: usize, seed: u64, model: Option<&Path>) -> SceneDesc {
     let mut rng = SplitMix64(seed);
     let mut d = desc(1, 1, CameraDesc::default());

@@ -1,7 +1,7 @@
-//! No helper of the vector kernels may stand in the program as a function of its own: out of line it would be compiled without
-//! the instruction set of its caller, and every intrinsic in it would become a call. That cost up to five times the time
-//! (a closure over vectors: 501 against 108 ns a ray). What may stand there are the entry points, one an instruction set, which
-//! end in its name: `traverse_avx2`.
+//! No helper of the vector kernels may stand in the program as a function of its own: out of line it would be compiled
+//! without the instruction set of its caller, and every intrinsic in it would become a call. That cost up to five times
+//! the time (a closure over vectors: 501 against 108 ns a ray). What may stand there are the entry points, one an
+//! instruction set, which end in its name: `traverse_avx2`.
 
 /// Modules, types and functions that must be inlined completely, as they stand in symbols of either mangling.
 const KERNELS: [&[&str]; 9] = [
@@ -17,8 +17,8 @@ const KERNELS: [&[&str]; 9] = [
     &["geometry", "triangle", "TriangleRay"],
 ];
 
-/// What of it may be called: methods of the tree, which choose the entry point, the entry points, and what runs once and not for
-/// every ray.
+/// What of it may be called: methods of the tree, which choose the entry point, the entry points, and what runs once
+/// and not for every ray.
 const CALLED: [&str; 7] = ["glimt..bvh..Bvh$GT$", "_avx2", "_avx512", "_portable", "3Isa", "simd..Isa", "4simd6buffer"];
 
 /// Functions that should have been inlined.

@@ -200,7 +200,8 @@ fn every_instruction_set_returns_the_same_hit_of_the_fast_kernel() {
     assert!(differ <= 2, "{differ} of 100000 rays differ");
 }
 
-/// Rays that run alike, more or less, to hard points that are near each other; a few are ended, shifted, along axes or not finite.
+/// Rays that run alike, more or less, to hard points that are near each other; a few are ended, shifted, along axes or
+/// not finite.
 fn alike(triangles: &Corners, size: f64, rng: &mut SplitMix64) -> Vec<Ray> {
     let any = |rng: &mut SplitMix64| (rng.next_u64() % triangles.len() as u64) as usize;
     let middle = hard_point(&triangles[any(rng)], rng);
@@ -433,8 +434,8 @@ fn triangles_of_any_size_are_met_together_as_alone() {
     }
 }
 
-/// Two sheets in one plane, seen by rays that run along different axes most: the depth where they meet is found along another axis
-/// than the packet's.
+/// Two sheets in one plane, seen by rays that run along different axes most: the depth where they meet is found along
+/// another axis than the packet's.
 #[test]
 fn sheets_that_overlap_are_met_together_as_alone() {
     let mut rng = SplitMix64(37);

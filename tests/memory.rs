@@ -59,7 +59,8 @@ fn ten_thousand_edits_leave_little_more_than_their_history() {
         }
     }
     let grown = at_the_end.saturating_sub(after_a_thousand);
-    // A step of undo is what has changed of a description, half a kilobyte here; a film or a compiled scene that stayed would be far more.
+    // A step of undo is what has changed of a description, half a kilobyte here; a film or a compiled scene that stayed
+    // would be far more.
     println!("{grown} bytes more after 9000 edits");
     assert!(grown < 9000 * 1024, "{grown} bytes more after 9000 edits");
     for _ in 0..10_000 {

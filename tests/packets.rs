@@ -51,7 +51,8 @@ fn part(scene: &Scene, ray: &Ray) -> f64 {
     part
 }
 
-/// Toward the scene or inside of it, along axes with zeros of both signs, along faces, ended early, from afar, not finite.
+/// Toward the scene or inside of it, along axes with zeros of both signs, along faces, ended early, from afar, not
+/// finite.
 fn ray(rng: &mut SplitMix64) -> Ray {
     let place = |rng: &mut SplitMix64| v(rng.range(-1.5, 1.5), rng.range(-1.5, 1.5), rng.range(-1.5, 1.5));
     let zero = |rng: &mut SplitMix64| if rng.next_u64() & 1 == 0 { 0.0 } else { -0.0 };
@@ -158,8 +159,8 @@ fn a_packet_that_all_passes_by_finds_nothing_and_none_is_left_of_the_one_before(
 
 #[test]
 fn of_three_faces_in_a_chain_of_ties_packets_and_single_rays_see_the_same_one() {
-    // Each ties with the next but not with the one after: with 2^-45 of t for one place, at t = 1 and 0.8 and 1.6 of that
-    // behind it. In all orders of the objects, in scenes with a tree and without.
+    // Each ties with the next but not with the one after: with 2^-45 of t for one place, at t = 1 and 0.8 and 1.6 of
+    // that behind it. In all orders of the objects, in scenes with a tree and without.
     let step = 0.8 / 2f64.powi(45);
     let mut scratch = PacketScratch::default();
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {

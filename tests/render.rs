@@ -119,7 +119,8 @@ fn the_picture_has_the_same_bits_for_any_number_of_threads_and_any_size_of_tile(
     }
 }
 
-/// Where meshes are met by rays that run alike together, what a ray finds must not depend on the others, in any arithmetic.
+/// Where meshes are met by rays that run alike together, what a ray finds must not depend on the others, in any
+/// arithmetic.
 #[test]
 fn so_it_has_where_rays_meet_meshes_together() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/mesh.toml");
@@ -171,7 +172,8 @@ fn a_paused_render_stands_still_and_goes_on_when_resumed() {
     // Running first.
     handle.events().recv().expect("a render reports");
     handle.pause();
-    // What is under way is finished; after that nothing more comes. Time is not judged: silence, once it is there, lasts.
+    // What is under way is finished; after that nothing more comes. Time is not judged: silence, once it is there,
+    // lasts.
     let mut silence = 0;
     while silence < 5 {
         match handle.events().recv_timeout(Duration::from_millis(60)) {

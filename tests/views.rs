@@ -196,7 +196,8 @@ fn rays_visits_and_times_are_those_of_one_sample() {
     d.materials[0] = matte("red", Rgb::WHITE);
     d.render.max_depth = 1;
     let (rays, visits, time) = (probe(&d, Probe::Rays), probe(&d, Probe::Visits), Probe::Time);
-    // The background: the camera's ray alone. The wall: and a shadow ray. The ball: those, and a mirrored ray to nowhere.
+    // The background: the camera's ray alone. The wall: and a shadow ray. The ball: those, and a mirrored ray to
+    // nowhere.
     assert_eq!([(0, 0), (6, 6), (20, 20)].map(|(x, y)| rays.pixel(x, y)[0]), [1.0, 2.0, 3.0]);
     // A node over both: rays that miss its box open it and no more.
     let seen = [(0, 0), (6, 6), (20, 20)].map(|(x, y)| visits.pixel(x, y)[0]);

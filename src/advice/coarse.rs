@@ -11,9 +11,9 @@ pub(super) fn mean_area(mesh: &Mesh) -> f64 {
     (0..mesh.len() as u32).map(area).sum::<f64>() / mesh.len().max(1) as f64
 }
 
-/// A coarser model as the text of an OBJ file, in the space of the mesh's own file, and the number of its triangles: corners
-/// that share a cell of a grid become one in their middle, and triangles that have lost a corner go (vertex clustering,
-/// Rossignac and Borrel 1993). Nothing moves farther than the diagonal of a cell.
+/// A coarser model as the text of an OBJ file, in the space of the mesh's own file, and the number of its triangles:
+/// corners that share a cell of a grid become one in their middle, and triangles that have lost a corner go (vertex
+/// clustering, Rossignac and Borrel 1993). Nothing moves farther than the diagonal of a cell.
 pub(super) fn coarser(mesh: &Mesh, cell: f64) -> (String, usize) {
     let cell_of = |p: DVec3| (p / cell).round().to_array().map(|v| v as i64);
     // Sum and number of the corners in each cell, and its number.

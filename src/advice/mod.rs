@@ -1,7 +1,7 @@
 //! What a scene pays for and does not need: "model no more than a scene needs".
 //!
-//! Every [`Advice`] is a [`Change`] of the description whose worth was measured, not guessed: the scene is rendered small
-//! with and without it, by the renderer itself, and rays, time and pixels are compared.
+//! Every [`Advice`] is a [`Change`] of the description whose worth was measured, not guessed: the scene is rendered
+//! small with and without it, by the renderer itself, and rays, time and pixels are compared.
 
 mod change;
 mod coarse;
@@ -58,8 +58,8 @@ const WORTH_RAYS: f64 = 0.1;
 /// What changes only the time must save this part of it to be advised.
 const WORTH: f64 = 0.05;
 
-/// Measures what could be left out of a scene that compiles. `compiled` lends models and pictures; `stop` is asked between
-/// trials and ends it.
+/// Measures what could be left out of a scene that compiles. `compiled` lends models and pictures; `stop` is asked
+/// between trials and ends it.
 pub fn advise(
     desc: &SceneDesc,
     compiled: &Scene,

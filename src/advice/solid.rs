@@ -38,8 +38,8 @@ fn bounds(mesh: &Mesh) -> Option<(DVec3, DVec3)> {
     corners.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-/// All of it lies between two spheres that are closer together than `allowed`, and it encloses as much: the sphere in the
-/// middle.
+/// All of it lies between two spheres that are closer together than `allowed`, and it encloses as much: the sphere in
+/// the middle.
 fn sphere(mesh: &Mesh, allowed: f64) -> Option<(ShapeDesc, DVec3)> {
     let (lower, upper) = bounds(mesh)?;
     let centre = (lower + upper) / 2.0;

@@ -29,8 +29,8 @@ struct Stamp {
 }
 
 impl Fingerprints {
-    /// Looks at these files from now on and at no others. Those that were looked at already are compared with what they were
-    /// then.
+    /// Looks at these files from now on and at no others. Those that were looked at already are compared with what they
+    /// were then.
     pub fn watch(&mut self, files: &BTreeSet<PathBuf>) {
         self.files.retain(|file, _| files.contains(file));
         for file in files {
@@ -41,10 +41,10 @@ impl Fingerprints {
         }
     }
 
-    /// Files whose content differs from what it was when last told of. One that is being written is told of when its length and
-    /// time have stayed the same from one look to the next; one that is gone, when it is back: programs that save a file
-    /// often remove it first. A look takes one call of the system for each file, and reads only what has another time or
-    /// length.
+    /// Files whose content differs from what it was when last told of. One that is being written is told of when its
+    /// length and time have stayed the same from one look to the next; one that is gone, when it is back: programs that
+    /// save a file often remove it first. A look takes one call of the system for each file, and reads only what has
+    /// another time or length.
     pub fn changed(&mut self) -> Vec<PathBuf> {
         let mut changed = Vec::new();
         for (file, known) in &mut self.files {

@@ -30,8 +30,8 @@ pub fn load_images(files: &[&Path], threads: NonZeroUsize) -> Vec<Result<Image, 
 }
 
 /// Reads a PNG, JPEG, BMP or TGA picture, told by its content, else (TGA has no mark) by its name. Greys are expanded,
-/// 16-bit samples rounded, alpha is dropped. What is larger than 16,384 texels a side or takes more than 1 GiB to decode
-/// is refused before memory is taken for it.
+/// 16-bit samples rounded, alpha is dropped. What is larger than 16,384 texels a side or takes more than 1 GiB to
+/// decode is refused before memory is taken for it.
 pub fn load_image(file: &Path) -> Result<Image, AssetError> {
     let refuse = |reason: String| AssetError::new(file, None, reason);
     let decoded = match builtin(file) {

@@ -40,8 +40,8 @@ pub struct Model {
     pub centre: DVec3,
     /// Relative to `centre`. Corners that share a place hold bit-identical positions.
     pub positions: Vec<Vec3>,
-    /// Unit shading normal of each position, zero where the faces around have none (polygons whose area cancels out); empty
-    /// if every face is flat.
+    /// Unit shading normal of each position, zero where the faces around have none (polygons whose area cancels out);
+    /// empty if every face is flat.
     pub normals: Vec<Vec3>,
     /// Texture coordinates of each position, v upward; empty if the file has none.
     pub uvs: Vec<Vec2>,

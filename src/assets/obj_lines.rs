@@ -176,8 +176,8 @@ fn is_plain(word: &[u8]) -> bool {
     before <= 30 && before + after > 0
 }
 
-/// Whether `text` is nothing but `count` numbers as of [`is_plain`] with single blanks between: what most lines are, and
-/// need not be taken apart. Some of them are not found to be.
+/// Whether `text` is nothing but `count` numbers as of [`is_plain`] with single blanks between: what most lines are,
+/// and need not be taken apart. Some of them are not found to be.
 pub(super) fn are_plain(text: &[u8], count: usize) -> bool {
     let (mut words, mut start) = (1, true);
     let (mut before, mut after, mut point) = (0, 0, false);

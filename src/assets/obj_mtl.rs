@@ -1,7 +1,7 @@
 //! MTL libraries to materials of the scene language.
 //!
-//! As with OBJ, a pass in front of tobj hands it only what it reads right; what it does not know (`Tr`, `Tf`, options of
-//! maps) is kept beside it. A line that cannot be used costs itself, not the library.
+//! As with OBJ, a pass in front of tobj hands it only what it reads right; what it does not know (`Tr`, `Tf`, options
+//! of maps) is kept beside it. A line that cannot be used costs itself, not the library.
 //!
 //! # The mapping
 //!

@@ -6,11 +6,13 @@ use super::simd::{ExactRays, PACKET, RayRows, Room, Row, Wide, of_group};
 use crate::geometry::Ray;
 use glam::DVec3;
 
-/// The rays of a packet as balls are tested against them: in f32 with a proven bound, so that few are left for the f64 formula.
+/// The rays of a packet as balls are tested against them: in f32 with a proven bound, so that few are left for the f64
+/// formula.
 ///
-/// With u = 2^-24 and S the sum of the coordinates of the origin and the largest one of the tree: the vector f from the origin to the
-/// centre is off by 2uS an axis and rounded by as much, 7uS in all. The foot t = (f, d) of the centre on the line is off by that, by the
-/// rounding of d (2u|f|), by what d lacks to unit length and by the sum of products (3u|f|), the rest f - t d by all that again and 4u|f|. With
+/// With u = 2^-24 and S the sum of the coordinates of the origin and the largest one of the tree: the vector f from the
+/// origin to the centre is off by 2uS an axis and rounded by as much, 7uS in all. The foot t = (f, d) of the centre on
+/// the line is off by that, by the rounding of d (2u|f|), by what d lacks to unit length and by the sum of products
+/// (3u|f|), the rest f - t d by all that again and 4u|f|. With
 /// |f| < 1.8 S it is less than 50uS in length. The relative errors of lengths and radii are less than 10uS, and there is room for the
 /// rounding of the f64 formula.
 #[derive(Debug, Default)]
@@ -42,8 +44,8 @@ pub struct Near {
 const U: f64 = 1.0 / 16_777_216.0;
 
 impl BallRows {
-    /// Whether a ray can be taken: it is finite, its squares neither overflow nor vanish, and its direction is as long as those of rays of
-    /// the world.
+    /// Whether a ray can be taken: it is finite, its squares neither overflow nor vanish, and its direction is as long
+    /// as those of rays of the world.
     #[inline(always)]
     pub fn is_fit(ray: &Ray, extent: f64) -> bool {
         let size = ray.origin.x.abs() + ray.origin.y.abs() + ray.origin.z.abs() + extent;
@@ -68,7 +70,8 @@ impl BallRows {
 
     /// Which rays of the group that starts at place `at` meet a ball before they end.
     ///
-    /// They do where the line goes deep enough, its foot lies on the ray, and the ray ends behind the ball. What is not a number may be a hit.
+    /// They do where the line goes deep enough, its foot lies on the ray, and the ray ends behind the ball. What is not
+    /// a number may be a hit.
     #[inline(always)]
     pub fn near<W: Wide>(w: W, room: &Room<Self>, (centre, radius): (DVec3, f64), at: usize) -> Near {
         let Room { together, slabs, rows } = room;
@@ -107,8 +110,8 @@ mod tests {
     use crate::geometry::sphere_intersect;
     use crate::math::SplitMix64;
 
-    /// Rays at and past the silhouette of a ball, from its surface, from inside of it, ended before, in and behind it, near to and far from
-    /// the origin of the world.
+    /// Rays at and past the silhouette of a ball, from its surface, from inside of it, ended before, in and behind it,
+    /// near to and far from the origin of the world.
     #[test]
     fn a_ball_that_is_met_may_be_and_one_that_surely_is_is_met() {
         let mut rng = SplitMix64(52);

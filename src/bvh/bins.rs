@@ -8,15 +8,15 @@ use glam::Vec3;
 /// Bins along an axis.
 pub const BINS: usize = 16;
 
-/// A box in eight lanes: the lower corner, a spare lane, the negated upper corner, a spare lane. So the box of two boxes is one
-/// minimum.
+/// A box in eight lanes: the lower corner, a spare lane, the negated upper corner, a spare lane. So the box of two
+/// boxes is one minimum.
 pub type LaneBox = [f32; 8];
 
 /// Contains nothing.
 pub const EMPTY_BOX: LaneBox = [f32::INFINITY; 8];
 
-/// A primitive's box, moved as a whole so that every pass over a range reads memory in order; its index is in the first spare
-/// lane.
+/// A primitive's box, moved as a whole so that every pass over a range reads memory in order; its index is in the first
+/// spare lane.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
 pub struct PrimRef(pub LaneBox);
@@ -70,8 +70,8 @@ pub struct Grid {
     scale: [f32; 3],
 }
 
-/// Added to a number from 0 to 16, leaves its whole part from the ninth bit on: conversions of floats to integers saturate in
-/// Rust, which costs more than the rest of a bin's number.
+/// Added to a number from 0 to 16, leaves its whole part from the ninth bit on: conversions of floats to integers
+/// saturate in Rust, which costs more than the rest of a bin's number.
 const SHIFTER: f32 = 49_152.0;
 
 impl Grid {

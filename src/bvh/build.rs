@@ -91,9 +91,9 @@ impl<'a> Range<'a> {
 }
 
 impl Bvh {
-    /// Builds a tree over so many primitives, whose leaves hold blocks of `block_size` slots (1 or 8), and tells what is in
-    /// the slots: indices of primitives, or [`EMPTY_SLOT`](super::EMPTY_SLOT). The tree is a function of the boxes alone,
-    /// for any number of `threads` and any instruction set.
+    /// Builds a tree over so many primitives, whose leaves hold blocks of `block_size` slots (1 or 8), and tells what
+    /// is in the slots: indices of primitives, or [`EMPTY_SLOT`](super::EMPTY_SLOT). The tree is a function of the
+    /// boxes alone, for any number of `threads` and any instruction set.
     ///
     /// # Panics
     /// If the processor does not have `isa`.

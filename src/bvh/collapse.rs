@@ -1,6 +1,6 @@
 //! Binary tree to eight children a node: the cheapest cut of every subtree into up to eight, by dynamic programming
-//! (Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3.2).
-//! On blobs100k it beat greedy collapsing of the largest child by 7 to 14 % of trace time (kernels.md, lesson 2).
+//! (Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section
+//! 3.2). On blobs100k it beat greedy collapsing of the largest child by 7 to 14 % of trace time (kernels.md, lesson 2).
 
 use super::build::{At, Binary, Choices};
 use super::{Child, EMPTY_SLOT, MAX_BLOCKS, MAX_LEAF_BLOCKS, Node};
@@ -16,9 +16,9 @@ const WANTED_LEAF_BLOCKS: u32 = 2;
 
 /// What is known of a binary subtree: the cheapest way to stand as up to k + 1 children of a wide node, for k = 0..7.
 ///
-/// Which way that is goes into [`Choices`]. The first says what it is as one child: 0 for a leaf, or else a wide node, so many of
-/// whose eight places the left half gets. The others say what becomes of it if it gets k + 1 places: it is dissolved and the left
-/// half gets so many of them, or for 0 it is as with one place less.
+/// Which way that is goes into [`Choices`]. The first says what it is as one child: 0 for a leaf, or else a wide node,
+/// so many of whose eight places the left half gets. The others say what becomes of it if it gets k + 1 places: it is
+/// dissolved and the left half gets so many of them, or for 0 it is as with one place less.
 #[derive(Clone)]
 pub(super) struct Plan {
     cost: [f32; 7],

@@ -10,8 +10,8 @@ pub trait TreeKernels: Kernels {
     type Boxes: BoxTest;
     /// Blocks of eight triangles.
     type Triangles: BlockTest;
-    /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on the way
-    /// through the tree then.
+    /// Whether the boxes keep every ray that a shape or triangle inside would accept. What is found does not depend on
+    /// the way through the tree then.
     const CONSERVATIVE: bool;
     /// How rays that run alike meet triangles together, if they do.
     const PACKETS: Option<Packets> = None;
@@ -22,8 +22,8 @@ pub trait TreeKernels: Kernels {
 pub enum Packets {
     /// What each ray finds alone, to the last bit, but for phantoms (see `WatertightPacket`).
     Watertight,
-    /// In f32. A hit counts where it lies in the triangle's box, so that what is found depends on the ray alone; a ray that is not in a
-    /// packet may find something else where it grazes.
+    /// In f32. A hit counts where it lies in the triangle's box, so that what is found depends on the ray alone; a ray
+    /// that is not in a packet may find something else where it grazes.
     MoellerTrumbore,
 }
 
@@ -58,8 +58,8 @@ pub trait BoxTest: Slab {
     /// The ray's numbers, spread over lanes.
     type Prepared<L: Lanes>: Copy;
 
-    /// [`Slab::new`] in registers, where that is quicker. It is for [`PaddedSlab`]: 7 % of robust rays. Neither for [`PlainSlab`] nor for
-    /// the ray of the triangle tests.
+    /// [`Slab::new`] in registers, where that is quicker. It is for [`PaddedSlab`]: 7 % of robust rays. Neither for
+    /// [`PlainSlab`] nor for the ray of the triangle tests.
     #[inline(always)]
     fn of<L: Lanes>(_lanes: L, ray: &Ray, extent: f64) -> Self {
         Self::new(ray, extent)

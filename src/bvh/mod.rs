@@ -1,8 +1,8 @@
 //! Hierarchies of axis-aligned boxes over anything that has one: triangles of a mesh, objects of a scene.
 //!
-//! A tree is built in three steps: a binary tree by the surface-area heuristic ([`build`](self)), collapsed to nodes of eight
-//! children by dynamic programming, laid out depth first. Leaves hold blocks: eight triangles that are tested together,
-//! or single objects.
+//! A tree is built in three steps: a binary tree by the surface-area heuristic ([`build`](self)), collapsed to nodes of
+//! eight children by dynamic programming, laid out depth first. Leaves hold blocks: eight triangles that are tested
+//! together, or single objects.
 //!
 //! Traversal is written once over vectors of eight lanes and compiled for every instruction set in `simd`.
 

@@ -140,7 +140,8 @@ fn shear_all(
     }
 }
 
-/// [`depth_at`] in f32. With u = 2^-24: t is off by 2u|t d|, d and the product by u|t d| each, the origin by u|o|, and the sum by u times itself;
+/// [`depth_at`] in f32. With u = 2^-24: t is off by 2u|t d|, d and the product by u|t d| each, the origin by u|o|, and
+/// the sum by u times itself;
 /// |t d| is no more than the sum and |o|. Together 5u of both.
 #[inline(always)]
 fn depths<W: Wide>(w: W, origin: W::V, direction: W::V, t: W::V, extent: f32) -> [W::V; 2] {
@@ -152,7 +153,8 @@ fn depths<W: Wide>(w: W, origin: W::V, direction: W::V, t: W::V, extent: f32) ->
     [w.sub(depth, pad), w.add(depth, pad)]
 }
 
-/// Bounds of the depth at t, which may be that of a hit found along another axis: its rounding is relative to the extent.
+/// Bounds of the depth at t, which may be that of a hit found along another axis: its rounding is relative to the
+/// extent.
 #[inline(always)]
 pub fn depth_at(origin: f64, direction: f64, sign: f64, t: f64, extent: f64) -> [f32; 2] {
     let depth = (origin + t * direction) * sign;

@@ -13,9 +13,10 @@ const U: f64 = 1.0 / 16_777_216.0;
 
 /// The bits of [`WatertightTest`](super::triangles::WatertightTest), with few f64 operations.
 ///
-/// But for phantoms: a ray in the very plane of a triangle, to within rounding of f64, that passes outside of it may be taken
-/// for a hit by rounding alone (two edge functions exactly 0). Such a triangle may be left out here where it is not asked at all.
-/// Nothing hangs on it: what is hit there is the edge of a triangle seen edge-on that the ray misses by rounding.
+/// But for phantoms: a ray in the very plane of a triangle, to within rounding of f64, that passes outside of it may be
+/// taken for a hit by rounding alone (two edge functions exactly 0). Such a triangle may be left out here where it is
+/// not asked at all. Nothing hangs on it: what is hit there is the edge of a triangle seen edge-on that the ray misses
+/// by rounding.
 pub struct WatertightPacket<'a, const ANY_HIT: bool> {
     blocks: &'a [TriangleBlock],
     /// The axes called x, y and z here, the same for all rays: z is the one along which they run most.
@@ -58,18 +59,19 @@ struct Sheared<V> {
 }
 
 impl<'a, const ANY_HIT: bool> WatertightPacket<'a, ANY_HIT> {
-    /// What f32 tells of corners (x, y and depth of each), which lie between two depths. `slack`: error of their edge functions where the
-    /// ray meets them, if that is known.
+    /// What f32 tells of corners (x, y and depth of each), which lie between two depths. `slack`: error of their edge
+    /// functions where the ray meets them, if that is known.
     ///
-    /// The bound is that of [`WatertightTest`](super::triangles::WatertightTest) with slopes up to s in place of 1. With u = 2^-24, R the
-    /// extent and d = (7 + 6s)uR: slope and product suR each, difference and constant (1 + s)uR each, sum 2(1 + s)uR, together
-    /// (4 + 6s)uR and room for the f64 test's own rounding and for that of another axis (|o| <= 8R). An edge function of coordinates
-    /// up to M <= 2(1 + s)R is off by at most 4dM + 2d² + 4u(M + d)² < M(4d + 8(1 + s)uR) + 6d². Where the ray meets a triangle whose box
-    /// has sides up to L, M is at most (1 + s)L + 2d, so `slack` need not be found for each ray. But where it does not, the edge functions of a
-    /// triangle seen edge-on may be nothing but rounding: only with the ray's own M do they prove a hit.
+    /// The bound is that of [`WatertightTest`](super::triangles::WatertightTest) with slopes up to s in place of 1.
+    /// With u = 2^-24, R the extent and d = (7 + 6s)uR: slope and product suR each, difference and constant (1 + s)uR
+    /// each, sum 2(1 + s)uR, together (4 + 6s)uR and room for the f64 test's own rounding and for that of another axis
+    /// (|o| <= 8R). An edge function of coordinates up to M <= 2(1 + s)R is off by at most 4dM + 2d² + 4u(M + d)² <
+    /// M(4d + 8(1 + s)uR) + 6d². Where the ray meets a triangle whose box has sides up to L, M is at most (1 + s)L +
+    /// 2d, so `slack` need not be found for each ray. But where it does not, the edge functions of a triangle seen
+    /// edge-on may be nothing but rounding: only with the ray's own M do they prove a hit.
     ///
-    /// Weights off by `error` of their sum shift the depth, a mean of the corners' depths, by no more than three times that part of
-    /// their range; `blur` is for the rounding of the mean.
+    /// Weights off by `error` of their sum shift the depth, a mean of the corners' depths, by no more than three times
+    /// that part of their range; `blur` is for the rounding of the mean.
     #[inline(always)]
     fn judge<W: Wide>(
         &self,
@@ -292,7 +294,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let [low, high] = ends.direction[z];
         let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
-        // The depth of a hit is a sum of products of three coordinates, which f32 must hold with all bits. NaN goes nowhere.
+        // The depth of a hit is a sum of products of three coordinates, which f32 must hold with all bits. NaN goes
+        // nowhere.
         let is_same_way = low * high > 0.0 && low.abs().min(high.abs()) > 1e-30;
         if !(farthest <= 8.0 * extent && steepest <= 4.0 && is_same_way && (1e-8..1e12).contains(&extent)) {
             return false;

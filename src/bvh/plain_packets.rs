@@ -14,12 +14,13 @@ const FAR: f64 = 1e10;
 /// Stands for no triangle: more than any code.
 const NONE: u32 = 1 << 30;
 
-/// Möller and Trumbore (1997), as [`MoellerTrumboreTest`](super::triangles::MoellerTrumboreTest): without fused operations, so that every
-/// instruction set gives the same bits.
+/// Möller and Trumbore (1997), as [`MoellerTrumboreTest`](super::triangles::MoellerTrumboreTest): without fused
+/// operations, so that every instruction set gives the same bits.
 ///
-/// The test may say yes far from the triangle where a ray grazes it. Then it would depend on the boxes on the way whether it is
-/// asked, and so on the other rays of the packet. Hence a hit counts only where it lies in the triangle's own box, which
-/// is widened by less than the boxes on the way are: what is found is the first of all such hits, in whatever order.
+/// The test may say yes far from the triangle where a ray grazes it. Then it would depend on the boxes on the way
+/// whether it is asked, and so on the other rays of the packet. Hence a hit counts only where it lies in the triangle's
+/// own box, which is widened by less than the boxes on the way are: what is found is the first of all such hits, in
+/// whatever order.
 pub struct MoellerTrumborePacket<'a, const ANY_HIT: bool> {
     blocks: &'a [TriangleBlock],
     block: Sides,
@@ -160,7 +161,8 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for MoellerTrumborePacket<'a, ANY_HI
     /// Twice what `pad` has, so that the rounding of the hit point is in it.
     const SLACK: f32 = 16.0;
 
-    /// Neither overflow nor zero in what boxes are tested with. Of the rounded numbers, which are all that a packet has.
+    /// Neither overflow nor zero in what boxes are tested with. Of the rounded numbers, which are all that a packet
+    /// has.
     #[inline(always)]
     fn is_fit(ray: &Ray, extent: f64) -> bool {
         let (o, d) = (ray.origin.abs(), ray.direction.abs());

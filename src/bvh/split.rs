@@ -1,13 +1,13 @@
-//! Where to cut a range of primitives: the surface-area heuristic over bins (Wald, "On fast Construction of SAH-based Bounding
-//! Volume Hierarchies", 2007), with leaves priced in blocks.
+//! Where to cut a range of primitives: the surface-area heuristic over bins (Wald, "On fast Construction of SAH-based
+//! Bounding Volume Hierarchies", 2007), with leaves priced in blocks.
 
 use super::Isa;
 use super::bins::{BINS, Bins, EMPTY_BOX, Grid, LaneBox, PrimRef, half_area, union};
 use crate::workers;
 use std::num::NonZeroUsize;
 
-/// Primitives that one thread takes at a time, where many threads work on one range. Not a matter of how many they are, so that the
-/// tree is not either.
+/// Primitives that one thread takes at a time, where many threads work on one range. Not a matter of how many they are,
+/// so that the tree is not either.
 const PIECE: usize = 1 << 14;
 
 /// How ranges are cut.
@@ -45,9 +45,9 @@ impl Splitter {
         (primitives + (1 << self.block_shift) - 1) >> self.block_shift
     }
 
-    /// Cuts a range, in place: the first so many primitives and their box become the left part, the others the right one.
-    /// `scratch` is as long as `refs` and is written over. Halves what can not be cut, since all centres are in one place or too far away
-    /// from each other.
+    /// Cuts a range, in place: the first so many primitives and their box become the left part, the others the right
+    /// one. `scratch` is as long as `refs` and is written over. Halves what can not be cut, since all centres are in
+    /// one place or too far away from each other.
     pub fn split(self, refs: &mut [PrimRef], scratch: &mut [PrimRef], may_cut: bool) -> (usize, [LaneBox; 2]) {
         let cut = span(refs).filter(|_| may_cut).and_then(|grid| self.best_cut(grid, &Bins::of(refs, &grid, self.isa)));
         match cut {
@@ -165,8 +165,8 @@ fn grid_over(centres: LaneBox) -> Option<Grid> {
     usable.then(|| Grid::new([centres[0], centres[1], centres[2]], size))
 }
 
-/// Moves the primitives left of the cut to the front, in their order, and returns how many there are. Without a branch: which side
-/// it will be can not be predicted.
+/// Moves the primitives left of the cut to the front, in their order, and returns how many there are. Without a branch:
+/// which side it will be can not be predicted.
 fn partition(refs: &mut [PrimRef], scratch: &mut [PrimRef], cut: &Cut) -> usize {
     let (mut left, mut right) = (0, 0);
     let scratch = &mut scratch[..refs.len()];

@@ -54,7 +54,8 @@ pub struct TriangleHit {
     pub v: f64,
 }
 
-/// Room that packets of rays need while they are in a mesh; kept by whoever traces, so that it is not made anew for each.
+/// Room that packets of rays need while they are in a mesh; kept by whoever traces, so that it is not made anew for
+/// each.
 #[derive(Debug, Default)]
 pub struct PacketRoom {
     watertight: Option<Box<Room<WatertightRows>>>,
@@ -119,8 +120,9 @@ impl Triangles {
         }
     }
 
-    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it ([`Packets`] says how far); quicker
-    /// where up to [`PACKET`] rays run alike. Returns those of the first [`PACKET`] that were traced alone.
+    /// Hands to `found` the number of each ray and what [`Triangles::intersect`] gives for it ([`Packets`] says how
+    /// far); quicker where up to [`PACKET`] rays run alike. Returns those of the first [`PACKET`] that were traced
+    /// alone.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &(impl Rays + ?Sized),
@@ -255,17 +257,18 @@ impl BlockTest for PlainWoopTest {
     fn shorten(&mut self, _t_max: f64) {}
 }
 
-/// f32 candidates with a proven bound, decided by the watertight f64 test: the same hits as [`PlainWoopTest`], bit for bit
-/// (robust-leaf.md, design A with the slack of each lane).
+/// f32 candidates with a proven bound, decided by the watertight f64 test: the same hits as [`PlainWoopTest`], bit for
+/// bit (robust-leaf.md, design A with the slack of each lane).
 ///
-/// To let f32 with a proven depth decide here too, as in packets, and to find t once at the end, lost: 1.5 % less time for shadow rays, but 1 to 9 %
-/// more for the others (interior and blobs100k).
+/// To let f32 with a proven depth decide here too, as in packets, and to find t once at the end, lost: 1.5 % less time
+/// for shadow rays, but 1 to 9 % more for the others (interior and blobs100k).
 ///
-/// With u = 2^-24, R the extent, L <= 2R the size of a triangle, S = (dx/dz, dy/dz) and c = S oz - o in f64: a corner is sheared as
-/// a = (v - S vz) + c. Rounding: slope uR, product uR (none if fused), difference 2uR, c 2uR (if the triangle holds the
-/// ray, |c| <= 2R), sum 2uL <= 4uR, and the f64 test's own 2^-50(|o| + R) < 0.2uR while |o| <= 1e7 R: together less than
-/// d = 13uR. An edge function cx by - cy bx of coordinates of magnitude at most M is then off by at most 4dM + 2d², and by
-/// 4u(M + d)² of rounding (3u if fused); with M <= 2L + d <= 4R + d that is less than M(4d + 16uR) + 6d².
+/// With u = 2^-24, R the extent, L <= 2R the size of a triangle, S = (dx/dz, dy/dz) and c = S oz - o in f64: a corner
+/// is sheared as a = (v - S vz) + c. Rounding: slope uR, product uR (none if fused), difference 2uR, c 2uR (if the
+/// triangle holds the ray, |c| <= 2R), sum 2uL <= 4uR, and the f64 test's own 2^-50(|o| + R) < 0.2uR while |o| <= 1e7
+/// R: together less than d = 13uR. An edge function cx by - cy bx of coordinates of magnitude at most M is then off by
+/// at most 4dM + 2d², and by 4u(M + d)² of rounding (3u if fused); with M <= 2L + d <= 4R + d that is less than M(4d +
+/// 16uR) + 6d².
 pub struct WatertightTest {
     exact: TriangleRay,
     slope: [f32; 2],
@@ -289,8 +292,8 @@ impl BlockTest for WatertightTest {
         let u = 1.0 / 16_777_216.0;
         let d = 13.0 * u * extent;
         let origin_size = ray.origin.abs().max_element();
-        // Beyond 1e7 extents the bound does not hold, and f32 products overflow and underflow beyond these: every lane goes to the f64
-        // test.
+        // Beyond 1e7 extents the bound does not hold, and f32 products overflow and underflow beyond these: every lane
+        // goes to the f64 test.
         let holds = (origin_size <= 1e7 * extent) & (1e-15..=1e15).contains(&extent);
         let direction_z = ray.direction.to_array()[exact.axes[2]];
         // Rounding of t dz and of the sum, and to f32 of what is not beyond the tree. What is beyond it stays there.
@@ -355,8 +358,9 @@ impl BlockTest for WatertightTest {
     }
 }
 
-/// Möller and Trumbore (1997) in f32, eight at a time, without fused operations, so that every instruction set gives the same
-/// bits (fused ones would take 1 to 7 % less time a ray). `CLASSIC`: determinants up to 1e-6 are taken for parallel.
+/// Möller and Trumbore (1997) in f32, eight at a time, without fused operations, so that every instruction set gives
+/// the same bits (fused ones would take 1 to 7 % less time a ray). `CLASSIC`: determinants up to 1e-6 are taken for
+/// parallel.
 pub struct MoellerTrumboreTest<const CLASSIC: bool> {
     origin: [f32; 3],
     direction: [f32; 3],
@@ -376,8 +380,8 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
         Self { origin, direction, t_min: ray.t_min, bounds, t: [0.0; 8], u: [0.0; 8], v: [0.0; 8] }
     }
 
-    /// Divides only where something is hit: u, v and t are compared times the determinant. To leave out t where no u and v are inside
-    /// gained nothing.
+    /// Divides only where something is hit: u, v and t are compared times the determinant. To leave out t where no u
+    /// and v are inside gained nothing.
     #[inline(always)]
     fn candidates<L: Lanes>(&mut self, lanes: L, block: &TriangleBlock) -> u32 {
         let corner = |corner: usize| Triple::load(lanes, &block.corners[corner]);
@@ -426,7 +430,8 @@ impl<const CLASSIC: bool> BlockTest for MoellerTrumboreTest<CLASSIC> {
     }
 }
 
-/// The bounds of t are wider by this than the ray, since t is rounded otherwise where it is compared times the determinant.
+/// The bounds of t are wider by this than the ray, since t is rounded otherwise where it is compared times the
+/// determinant.
 const WIDER: f64 = 1.0 / 1_048_576.0;
 
 /// Three coordinates in lanes.

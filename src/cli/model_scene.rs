@@ -17,8 +17,8 @@ const TO_EYE: DVec3 = DVec3::new(0.45, 0.32, 1.0);
 /// Share of the picture's width or height that the model's box may fill.
 const FILL: f64 = 0.92;
 
-/// A scene that shows the model in `file`, framed for `film`, and the model compiled, so that it need not be read again.
-/// Errors are those of reading the model.
+/// A scene that shows the model in `file`, framed for `film`, and the model compiled, so that it need not be read
+/// again. Errors are those of reading the model.
 pub fn scene_of_model(file: &Path, film: FilmDesc, isa: Isa) -> Result<(SceneDesc, Scene), CompileError> {
     let stem = file.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
     let mesh = ShapeDesc::Mesh { file: file.to_path_buf(), crease: limits::DEFAULT_CREASE };

@@ -20,7 +20,8 @@ pub struct StabilityArgs {
     /// Experiments, separated by commas: S1 to S21 [default: all]
     #[arg(long, value_name = "ID,...", value_delimiter = ',')]
     only: Vec<String>,
-    /// Instead of experiments, map what flips in this scene (.toml) or model (.obj) under changes that must not change it
+    /// Instead of experiments, map what flips in this scene (.toml) or model (.obj) under changes that must not change
+    /// it
     #[arg(long, value_name = "SCENE", conflicts_with_all = ["only", "resume"])]
     scene: Option<PathBuf>,
     /// Size of the map [default: the scene's, at most 640 across, with --quick 160]

@@ -108,7 +108,8 @@ pub struct ThreadsArgs {
 pub struct KernelArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Instruction sets, separated by commas: portable (or sse2), avx2, avx512 [default: GLIMT_ISA, or the fastest here]
+    /// Instruction sets, separated by commas: portable (or sse2), avx2, avx512 [default: GLIMT_ISA, or the fastest
+    /// here]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = str::parse::<Isa>)]
     isa: Vec<Isa>,
     /// Rays of each kind, about [default: 131072, with --quick 16384]

@@ -78,8 +78,8 @@ impl Diagnostic {
             .elements(self.help.as_deref().map(|help| Level::HELP.message(help)));
         let renderer = if color { Renderer::styled() } else { Renderer::plain() };
         let rendered = renderer.render(&[group]);
-        // The place stands apart from the excerpt, whose columns are not the file's; annotate-snippets takes the excerpt
-        // for that of a second, nameless file and announces it in the fourth line.
+        // The place stands apart from the excerpt, whose columns are not the file's; annotate-snippets takes the
+        // excerpt for that of a second, nameless file and announces it in the fourth line.
         let announces = |(at, line): &(usize, &str)| *at == 3 && line.contains(":::");
         let lines: Vec<_> =
             rendered.lines().enumerate().filter(|line| !announces(line)).map(|(_, line)| line).collect();

@@ -3,8 +3,8 @@
 use super::{CameraDesc, FilmDesc, LightDesc, MaterialDesc, ObjectDesc, RenderDesc, SceneDesc, WorldDesc};
 use std::sync::Arc;
 
-/// A description with all that was done to it, without limit. A step keeps only the entries that it changed, so that ten
-/// thousand of them take a few megabytes however large the scene is.
+/// A description with all that was done to it, without limit. A step keeps only the entries that it changed, so that
+/// ten thousand of them take a few megabytes however large the scene is.
 #[derive(Debug)]
 pub struct History {
     now: Arc<SceneDesc>,
@@ -33,8 +33,8 @@ impl History {
         &self.now
     }
 
-    /// Takes in an edited description as one step, called `label` ("move ball"); nothing if it is the same. Edits with one
-    /// `gesture` (a held key, a drag: the caller numbers them) and one label, right after each other, are one step.
+    /// Takes in an edited description as one step, called `label` ("move ball"); nothing if it is the same. Edits with
+    /// one `gesture` (a held key, a drag: the caller numbers them) and one label, right after each other, are one step.
     /// Returns whether anything changed.
     pub fn record(&mut self, edited: SceneDesc, label: &str, gesture: Option<u64>) -> bool {
         let back = Delta::between(&edited, &self.now);
@@ -92,7 +92,8 @@ impl History {
         &self.saved
     }
 
-    /// Whether what is there now differs from what the file says; false again where an edit is undone, or made back by hand.
+    /// Whether what is there now differs from what the file says; false again where an edit is undone, or made back by
+    /// hand.
     pub fn is_unsaved(&self) -> bool {
         !Arc::ptr_eq(&self.now, &self.saved) && self.now != self.saved
     }

@@ -14,8 +14,9 @@ const SLOPE: f64 = 0.5;
 /// Faces of the slab 0 <= w <= 2: the apex plane is never the surface, since the cone has no width there.
 const APEX: u32 = SIDE;
 
-/// The first hit and its face, in f64. With w = 1 - y, the solid is {x² + z² <= w²/4} cut to 0 <= w <= 2. The discriminant is
-/// that of numerics.md row 4, k²((o x d)_x² + (o x d)_y²) - (o x d)_z² in the cone's own frame, factored.
+/// The first hit and its face, in f64. With w = 1 - y, the solid is {x² + z² <= w²/4} cut to 0 <= w <= 2. The
+/// discriminant is that of numerics.md row 4, k²((o x d)_x² + (o x d)_y²) - (o x d)_z² in the cone's own frame,
+/// factored.
 #[inline(always)]
 pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let (t0, o) = advance(ray);
@@ -33,9 +34,9 @@ pub fn cone_intersect(ray: &Ray) -> Option<(f64, u32)> {
     let swirl = (o.x * d.z - o.z * d.x).abs();
     let lean = SLOPE * norm(o.x * dw - ow * d.x, o.z * dw - ow * d.z);
     let disc = (lean - swirl) * (lean + swirl);
-    // With a > 0 the line leaves the double cone at both ends: inside between the roots. With a < 0 it is inside outside of the
-    // roots, once in each nappe; ours is the one with w >= 0. A negative discriminant is rounding at the apex then,
-    // which such a line must pass. All cases in one piece, so that loops over rays become vector code.
+    // With a > 0 the line leaves the double cone at both ends: inside between the roots. With a < 0 it is inside
+    // outside of the roots, once in each nappe; ours is the one with w >= 0. A negative discriminant is rounding at the
+    // apex then, which such a line must pass. All cases in one piece, so that loops over rays become vector code.
     let missed = if a > 0.0 { disc < 0.0 } else { (a == 0.0) & (b == 0.0) & (c > 0.0) };
     if missed {
         return None;

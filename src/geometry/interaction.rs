@@ -24,8 +24,8 @@ pub struct SurfaceInteraction {
     pub geometric_normal: DVec3,
     /// Unit, out of the body; differs from the geometric one on smooth meshes.
     pub shading_normal: DVec3,
-    /// Start of shadow rays: `point`, lifted to the smooth surface where a flat triangle stands for one (Hanika, "Hacking
-    /// the Shadow Terminator", Ray Tracing Gems II 2021, ch. 4).
+    /// Start of shadow rays: `point`, lifted to the smooth surface where a flat triangle stands for one (Hanika,
+    /// "Hacking the Shadow Terminator", Ray Tracing Gems II 2021, ch. 4).
     pub shadow_point: DVec3,
     /// What was hit; texture coordinates follow from it where they are wanted.
     pub hit: Hit,
@@ -36,8 +36,8 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// A ray that leaves the surface in this unit direction, started off the surface by its error bound, on the side that it
-    /// goes to. The only maker of reflected and refracted rays.
+    /// A ray that leaves the surface in this unit direction, started off the surface by its error bound, on the side
+    /// that it goes to. The only maker of reflected and refracted rays.
     #[inline]
     pub fn spawn_ray<K: Kernels>(&self, direction: DVec3) -> Ray {
         let side = if direction.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
@@ -58,8 +58,8 @@ impl SurfaceInteraction {
     }
 }
 
-/// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: the shading normal at a point, and
-/// the point lifted for shadow rays. `weights` of the corners there; `entering`: into the body.
+/// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: the shading normal at a
+/// point, and the point lifted for shadow rays. `weights` of the corners there; `entering`: into the body.
 #[inline(always)]
 pub fn smooth(
     point: DVec3,
@@ -127,8 +127,8 @@ pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
     (cos2_out >= 0.0).then(|| (tangential - normal * cos2_out.sqrt()).normalize_or(direction))
 }
 
-/// Fresnel's reflectance of unpolarised light, exact. `cos_in` and `cos_out` are the cosines on either side, `eta` as in
-/// [`refract`].
+/// Fresnel's reflectance of unpolarised light, exact. `cos_in` and `cos_out` are the cosines on either side, `eta` as
+/// in [`refract`].
 pub fn fresnel(cos_in: f64, cos_out: f64, eta: f64) -> f64 {
     if eta == 1.0 {
         return 0.0;

@@ -15,8 +15,8 @@ impl Interval {
     /// The whole line.
     pub const ALL: Interval = Interval { enter: f64::NEG_INFINITY, exit: f64::INFINITY, enter_face: 0, exit_face: 0 };
 
-    /// The part inside of another convex set. Written so that a NaN bound changes nothing: it comes from a ray that runs
-    /// inside of a bounding plane, where the plane does not bound.
+    /// The part inside of another convex set. Written so that a NaN bound changes nothing: it comes from a ray that
+    /// runs inside of a bounding plane, where the plane does not bound.
     #[inline(always)]
     pub fn clip(&mut self, enter: f64, enter_face: u32, exit: f64, exit_face: u32) {
         if enter > self.enter {

@@ -5,8 +5,8 @@ use super::ray::Ray;
 use super::{cone, cuboid, cylinder, plane, sphere};
 use glam::DVec3;
 
-/// How shapes are met and how rays start from surfaces; boxes and triangles follow in `bvh`. The methods of one preset belong together:
-/// offsets are as large as the errors of its hit points.
+/// How shapes are met and how rays start from surfaces; boxes and triangles follow in `bvh`. The methods of one preset
+/// belong together: offsets are as large as the errors of its hit points.
 ///
 /// The provided methods are those of [`Robust`]: f64 in the forms that do not cancel.
 pub trait Kernels: Copy + Send + Sync + 'static {
@@ -138,9 +138,9 @@ impl Kernels for Fast {
     }
 }
 
-/// The coursework's formulas as published, mistakes included: f32, determinants up to 1e-6 taken for parallel, epsilon 1e-4
-/// along rays of any length, shadow rays not normalised, the ratio of indices never inverted, total internal reflection
-/// not noticed, negative bases in the highlight. Kept to be compared with.
+/// The coursework's formulas as published, mistakes included: f32, determinants up to 1e-6 taken for parallel, epsilon
+/// 1e-4 along rays of any length, shadow rays not normalised, the ratio of indices never inverted, total internal
+/// reflection not noticed, negative bases in the highlight. Kept to be compared with.
 #[derive(Clone, Copy, Debug)]
 pub struct Classic;
 

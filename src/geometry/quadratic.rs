@@ -1,7 +1,8 @@
 //! Roots of a t² + 2 b t + c without cancellation.
 
 /// Both roots in order, from the coefficients and `sqrt(b² - a c)` (computed by the caller in a form that does not
-/// cancel). The larger one in magnitude is q / a, the other c / q: finite also where `a` vanishes (Numerical Recipes 5.6).
+/// cancel). The larger one in magnitude is q / a, the other c / q: finite also where `a` vanishes (Numerical Recipes
+/// 5.6).
 #[inline(always)]
 pub(super) fn roots(a: f64, b: f64, c: f64, sqrt_disc: f64) -> (f64, f64) {
     let q = -(b + sqrt_disc.copysign(b));

@@ -60,8 +60,8 @@ pub struct Hit {
     pub v: f64,
 }
 
-/// Hits of two objects that are nearer to each other than this part of t are one place: the rounding of t along rays that do
-/// not graze, far below what can be seen between two faces.
+/// Hits of two objects that are nearer to each other than this part of t are one place: the rounding of t along rays
+/// that do not graze, far below what can be seen between two faces.
 const SAME_PLACE: f64 = 1.0 / 35_184_372_088_832.0; // 2^-45
 
 impl Hit {
@@ -77,15 +77,16 @@ impl Hit {
         (self.object != other.object) & ((self.t - other.t).abs() <= other.t * SAME_PLACE)
     }
 
-    /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same object at the
-    /// same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is seen, not specks of
-    /// both, and the winner does not depend on the order of traversal.
+    /// Whether this hit wins over `other`: nearer, or in the same place and of the smaller object, or of the same
+    /// object at the same t and of the smaller primitive. So of two objects whose faces coincide up to rounding one is
+    /// seen, not specks of both, and the winner does not depend on the order of traversal.
     ///
-    /// No rule that takes near for equal is transitive: of three objects each of which ties with the next but not with the one
-    /// after (three faces within 2⁻⁴⁴ of t, yet not within 2⁻⁴⁵), each may beat another one, and the first asked decides
-    /// which two are compared. Any of them is a right answer, since they are one place; and pictures stay reproducible because the
-    /// order is a function of ray and scene: that of the objects in small scenes, alone and in packets; that of the tree
-    /// in others, where rays with a tie leave the packet, and the tree is the same for any number of threads.
+    /// No rule that takes near for equal is transitive: of three objects each of which ties with the next but not with
+    /// the one after (three faces within 2⁻⁴⁴ of t, yet not within 2⁻⁴⁵), each may beat another one, and the first
+    /// asked decides which two are compared. Any of them is a right answer, since they are one place; and pictures stay
+    /// reproducible because the order is a function of ray and scene: that of the objects in small scenes, alone and in
+    /// packets; that of the tree in others, where rays with a tie leave the packet, and the tree is the same for any
+    /// number of threads.
     #[inline(always)]
     pub fn beats(&self, other: &Hit) -> bool {
         // Without branches, so that loops over rays become vector code.

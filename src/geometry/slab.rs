@@ -4,8 +4,8 @@ use super::aabb::Aabb;
 use super::ray::Ray;
 use crate::math::Four;
 
-/// A ray prepared for tests against the boxes of one tree. Distances are in the ray's t, possibly shifted by a constant;
-/// they serve to order and to prune, never to decide a hit.
+/// A ray prepared for tests against the boxes of one tree. Distances are in the ray's t, possibly shifted by a
+/// constant; they serve to order and to prune, never to decide a hit.
 pub trait Slab: Copy {
     /// Prepares a ray for boxes whose coordinates are at most `extent` in magnitude.
     fn new(ray: &Ray, extent: f64) -> Self;
@@ -23,14 +23,16 @@ const U: f64 = 1.0 / 16_777_216.0;
 /// More than the rounding of what f32 can hold only with less than 24 bits.
 const TINY: f64 = f32::MIN_POSITIVE as f64;
 
-/// f32 boxes, f64 ray; the entry is a lower bound of the exact one, and a box that the exact ray touches is never missed.
+/// f32 boxes, f64 ray; the entry is a lower bound of the exact one, and a box that the exact ray touches is never
+/// missed.
 ///
-/// A plane at b is met at t = b/d - o/d. With u = 2^-24, rounding the reciprocal, the product and the difference are off by
-/// u|b/d|, u|b/d| (not if fused) and u|t|, the constant by u|o/d|; since |b/d| <= |t| + |o/d|, all together by at most
-/// 3u|t| + 3u|o/d|. The second part is a pad of 4u|o|/|d| inside of the constant. The first one is relative to t itself, and so
-/// entry (1 - 3u) <= exit (1 + 3u) misses nothing: reciprocal and constant of the near planes are smaller by a factor of
-/// 1 - 8u. (A product a node instead took 0 to 5 % more time for single rays, interior and blobs100k.) (robust-leaf.md, "Boxes (N2)", pads by the extent of the whole tree
-/// instead, which makes a floor of radius 1e7 in a scene of unit balls cost a thousand times the time.)
+/// A plane at b is met at t = b/d - o/d. With u = 2^-24, rounding the reciprocal, the product and the difference are
+/// off by u|b/d|, u|b/d| (not if fused) and u|t|, the constant by u|o/d|; since |b/d| <= |t| + |o/d|, all together by
+/// at most 3u|t| + 3u|o/d|. The second part is a pad of 4u|o|/|d| inside of the constant. The first one is relative to
+/// t itself, and so entry (1 - 3u) <= exit (1 + 3u) misses nothing: reciprocal and constant of the near planes are
+/// smaller by a factor of 1 - 8u. (A product a node instead took 0 to 5 % more time for single rays, interior and
+/// blobs100k.) (robust-leaf.md, "Boxes (N2)", pads by the extent of the whole tree instead, which makes a floor of
+/// radius 1e7 in a scene of unit balls cost a thousand times the time.)
 #[derive(Clone, Copy, Debug)]
 pub struct PaddedSlab {
     /// 1 / direction, for far planes. The fourth of each is not used.
@@ -57,21 +59,23 @@ impl PaddedSlab {
         self.start
     }
 
-    /// [`Slab::new`], computed with registers of four: `o` and `d` are the origin and the direction of the ray, and anything.
+    /// [`Slab::new`], computed with registers of four: `o` and `d` are the origin and the direction of the ray, and
+    /// anything.
     #[inline(always)]
     pub fn with<F: Four>(ray: &Ray, mut o: F, d: F, extent: f64) -> Self {
         let mut size = ray.origin.abs().max_element();
         let (mut start, mut pad) = (0.0, 0.0);
         if size > 8.0 * extent {
-            // To two extents (of the box's corners, so 4 > 2 sqrt 3) before the closest approach: what is met lies ahead.
+            // To two extents (of the box's corners, so 4 > 2 sqrt 3) before the closest approach: what is met lies
+            // ahead.
             let speed = ray.direction.length();
             start = (-ray.origin.dot(ray.direction) / speed - 4.0 * extent) / speed;
             o = o + d * start;
             pad = 1e-15 * size;
             size = ray.at(start).abs().max_element();
         }
-        // A component that is (almost) zero is widened to 2^-40 of the largest: no product of 0 and infinity. Over the way to
-        // the far side of the tree that shifts the ray by less than the last term.
+        // A component that is (almost) zero is widened to 2^-40 of the largest: no product of 0 and infinity. Over the
+        // way to the far side of the tree that shifts the ray by less than the last term.
         let least = ray.direction.abs().max_element() * 2f64.powi(-40);
         pad += 4.0 * U * size + 2f64.powi(-37) * (extent + size);
         let inverse = d.splat(1.0) / d.abs().max(d.splat(least)).copysign(d);

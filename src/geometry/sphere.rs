@@ -38,11 +38,12 @@ fn first_root(ray: &Ray, centre: DVec3, radius: f64) -> Option<f64> {
     if ray.contains(near) { Some(near) } else { (near <= ray.t_min && ray.contains(far)).then_some(far) }
 }
 
-/// Whether a ray starts outside of a sphere and goes away from it, as most do from the ball that they come from: there is no root then, and
-/// none of the divisions is needed.
+/// Whether a ray starts outside of a sphere and goes away from it, as most do from the ball that they come from: there
+/// is no root then, and none of the divisions is needed.
 ///
-/// With b > 0 and c >= 0 in [`first_root`], q is negative and so are both roots, or one is 0, however they are rounded; with b = 0 the discriminant is
-/// negative. The factor is more than the rounding of squares, and square roots are monotone.
+/// With b > 0 and c >= 0 in [`first_root`], q is negative and so are both roots, or one is 0, however they are rounded;
+/// with b = 0 the discriminant is negative. The factor is more than the rounding of squares, and square roots are
+/// monotone.
 #[inline(always)]
 pub fn leaves_sphere(ray: &Ray, centre: DVec3, radius: f64) -> bool {
     let f = ray.origin - centre;

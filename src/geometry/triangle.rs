@@ -18,8 +18,8 @@ pub struct TriangleRay {
     t_min: f64,
 }
 
-/// The other axes in cyclic order before the one called z: its sign does not matter, since edge functions are compared with each other
-/// only. (Not a constant, of which the compiler makes a copy on the stack for every ray.)
+/// The other axes in cyclic order before the one called z: its sign does not matter, since edge functions are compared
+/// with each other only. (Not a constant, of which the compiler makes a copy on the stack for every ray.)
 static CYCLIC: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 impl TriangleRay {
@@ -62,12 +62,12 @@ impl TriangleRay {
         self.intersect_corners([axis(0), axis(1), axis(2)], t_max)
     }
 
-    /// `(t, u, v)` of the hit with t_min < t <= `t_max`, where u and v are the weights of the second and third corner. Takes the x of
-    /// the corners, their y and their z (along `axes`), and a finite fourth that does not matter. (All corners at once: 2 to 7 % of
-    /// robust rays against one number after the other, with the same bits.)
+    /// `(t, u, v)` of the hit with t_min < t <= `t_max`, where u and v are the weights of the second and third corner.
+    /// Takes the x of the corners, their y and their z (along `axes`), and a finite fourth that does not matter. (All
+    /// corners at once: 2 to 7 % of robust rays against one number after the other, with the same bits.)
     ///
-    /// Edges belong to both of their triangles: products of f64 differences round monotonically, so an edge function has
-    /// the right sign or is 0, and 0 counts as inside. Neighbours compute the same two products and can not both
+    /// Edges belong to both of their triangles: products of f64 differences round monotonically, so an edge function
+    /// has the right sign or is 0, and 0 counts as inside. Neighbours compute the same two products and can not both
     /// reject. No fused multiply-add may be used here: it would break that symmetry.
     #[inline(always)]
     pub fn intersect_corners<F: Four>(&self, [x, y, z]: [F; 3], t_max: f64) -> Option<(f64, f64, f64)> {

@@ -65,8 +65,8 @@ impl std::error::Error for Unfinished {}
 /// How long a signal may go unnoticed, and the bar unmoved.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Renders a view of a scene to its end, or for this time. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM end it early; they are
-/// still held back when this returns, so that what follows is not cut off in the middle.
+/// Renders a view of a scene to its end, or for this time. Progress goes to stderr unless `quiet`. SIGINT and SIGTERM
+/// end it early; they are still held back when this returns, so that what follows is not cut off in the middle.
 pub fn render(
     scene: Arc<Scene>,
     view: View,

@@ -35,7 +35,8 @@ pub struct Report {
     pub cut: CutReport,
     /// How samples make a pixel.
     pub filter: &'static str,
-    /// Where rendering was to end: root mean square of the sampling error in 8-bit codes; `null`: at `samples`. 0: never.
+    /// Where rendering was to end: root mean square of the sampling error in 8-bit codes; `null`: at `samples`. 0:
+    /// never.
     pub error_target: Option<f64>,
     /// Seconds after which rendering was to end.
     pub time_limit: Option<f64>,
@@ -93,8 +94,8 @@ pub struct CutReport {
     pub mean_weight: f64,
     /// Of the pixel that lacks most.
     pub largest_weight: f64,
-    /// The largest radiance that the scene can have; `null` if it sets no limit: where a material has k_r + k_t >= 1, or a
-    /// light that falls off with distance may touch a surface.
+    /// The largest radiance that the scene can have; `null` if it sets no limit: where a material has k_r + k_t >= 1,
+    /// or a light that falls off with distance may touch a surface.
     pub largest_radiance: Option<f64>,
     /// What they add at most, in linear light: mean over the pixels; `null` if nothing bounds it.
     pub mean_bound: Option<f64>,

@@ -3,8 +3,8 @@
 use glam::DVec4;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Four f64 that are computed with together: a vector of plain numbers, or a register where the processor has one (`bvh::simd`).
-/// Every operation is rounded alike in all of them.
+/// Four f64 that are computed with together: a vector of plain numbers, or a register where the processor has one
+/// (`bvh::simd`). Every operation is rounded alike in all of them.
 pub trait Four:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self> + Div<Output = Self>
 {

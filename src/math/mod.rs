@@ -17,15 +17,15 @@ pub use srgb::{
     srgb8_to_linear,
 };
 
-/// The largest whole number that is not above `x`. What the standard library has is a call on the base instruction set of x86-64:
-/// with it a frame of the demo took 1 to 2 % longer.
+/// The largest whole number that is not above `x`. What the standard library has is a call on the base instruction set
+/// of x86-64: with it a frame of the demo took 1 to 2 % longer.
 #[inline(always)]
 pub fn floor(x: f64) -> f64 {
     /// From here on all numbers are whole. NaN is returned, too.
     const WHOLE: f64 = (1u64 << 52) as f64;
     if x.abs() < WHOLE {
-        // Added, it leaves no room for a fraction: rounded to the nearest without the way through whole numbers, which takes twice
-        // as long.
+        // Added, it leaves no room for a fraction: rounded to the nearest without the way through whole numbers, which
+        // takes twice as long.
         let near = (x.abs() + WHOLE - WHOLE).copysign(x);
         near - if near > x { 1.0 } else { 0.0 }
     } else {

@@ -8,8 +8,8 @@ use super::hash::{hash_pixel, lowbias32};
 /// elementary intervals of any shape. They are Owen-scrambled by hashing (Laine and Karras 2011 in the form of Burley,
 /// "Practical Hash-based Owen Scrambling", JCGT 9(4) 2020), with a seed a pixel. A digital shift then moves sample 0 to
 /// the centre: it permutes elementary intervals, so the stratification is untouched, and one sample a pixel is exactly
-/// the pixel centre that closed forms speak of. Half of the pixels have their centre at the upper end of its interval, half at
-/// the lower, in either direction: the mean over pixels is that of the square.
+/// the pixel centre that closed forms speak of. Half of the pixels have their centre at the upper end of its interval,
+/// half at the lower, in either direction: the mean over pixels is that of the square.
 ///
 /// The position depends on the pixel and the index alone, so any order of tracing gives the same picture.
 pub fn sample_in_pixel(x: u32, y: u32, index: u32) -> (f64, f64) {
@@ -24,10 +24,11 @@ pub fn sample_in_pixel(x: u32, y: u32, index: u32) -> (f64, f64) {
     (f64::from(u) * scale, f64::from(v) * scale)
 }
 
-/// Bends a position in 0..1 so that uniform positions get the density of a tent two pixels wide around the middle of the
-/// pixel: from -1/2 to 3/2. Importance sampling of the filter: every sample counts the same and stays with its pixel. Of the
-/// filters that are better than a box the tent is the one whose inverse is exact, monotone and two square roots, so
-/// that elementary intervals stay intervals; it has no negative weights to ring, and the middle stays the middle.
+/// Bends a position in 0..1 so that uniform positions get the density of a tent two pixels wide around the middle of
+/// the pixel: from -1/2 to 3/2. Importance sampling of the filter: every sample counts the same and stays with its
+/// pixel. Of the filters that are better than a box the tent is the one whose inverse is exact, monotone and two square
+/// roots, so that elementary intervals stay intervals; it has no negative weights to ring, and the middle stays the
+/// middle.
 pub fn tent(u: f64) -> f64 {
     if u < 0.5 { (2.0 * u).sqrt() - 0.5 } else { 1.5 - (2.0 - 2.0 * u).sqrt() }
 }

@@ -10,8 +10,9 @@ use crate::shading::{RayCounts, Sample, Sampler, Scratch};
 use glam::DVec2;
 use std::time::{Duration, Instant};
 
-/// Samples that are traced together: enough for packets of rays, few enough to stay in the cache. (Refined to 1.2 codes, 128 took
-/// 0.6 % more instructions on the demo and 0.4 % fewer on the sphereflake; 1024, with packets as large, 0.6 and 4 % more.)
+/// Samples that are traced together: enough for packets of rays, few enough to stay in the cache. (Refined to 1.2
+/// codes, 128 took 0.6 % more instructions on the demo and 0.4 % fewer on the sphereflake; 1024, with packets as large,
+/// 0.6 and 4 % more.)
 pub const BATCH: usize = 256;
 
 /// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
@@ -86,8 +87,9 @@ pub(super) enum Traced {
     Cancelled,
 }
 
-/// Traces the samples that are wanted of some tiles. Together, since the points of a coarse lattice and of the first round are so
-/// few in a tile that rays would not come in packets. (The first picture of the demo took 34 ms tile by tile.)
+/// Traces the samples that are wanted of some tiles. Together, since the points of a coarse lattice and of the first
+/// round are so few in a tile that rays would not come in packets. (The first picture of the demo took 34 ms tile by
+/// tile.)
 pub(super) fn trace(tiles: &mut [Tile], tracer: Tracer, batch: &mut Batch, stats: &mut TileStats) -> Traced {
     let mut work = Work { tracer, batch, stats, start: Instant::now() };
     let mut traced = work.add(tiles);

@@ -23,8 +23,8 @@ const LOWEST: f32 = -80.0;
 /// How the expected square of the error falls with the number of samples in whole pictures: as this power.
 pub(super) const FALL: f64 = 1.6;
 
-/// Where pixels that may not be refined any further are wrong by more than the target together, the others are refined until they add
-/// no more than this part to that: a tenth of its root.
+/// Where pixels that may not be refined any further are wrong by more than the target together, the others are refined
+/// until they add no more than this part to that: a tenth of its root.
 const BESIDE: f64 = 0.2;
 
 /// A round adds at most so many times the samples that a pixel has.
@@ -57,8 +57,8 @@ pub(super) struct Census {
     groups: Vec<Tally>,
     /// Pixels of each class that had one sample and got more: how far the first was from their mean.
     checks: [Tally; CLASSES],
-    /// By how much pixels with more than one sample were expected to change when they got more, and have changed: squares. What
-    /// happened in an earlier round counts half after each.
+    /// By how much pixels with more than one sample were expected to change when they got more, and have changed:
+    /// squares. What happened in an earlier round counts half after each.
     expected: u64,
     changed: u64,
 }
@@ -121,7 +121,8 @@ const BELIEF: f64 = 2.0;
 const TRUST: f64 = 1000.0;
 
 impl Census {
-    /// A pixel that has got enough samples to be judged. `work`: the rays that they took; `is_open`: whether it may get more.
+    /// A pixel that has got enough samples to be judged. `work`: the rays that they took; `is_open`: whether it may get
+    /// more.
     pub fn pixel(&mut self, variance: f64, work: f64, is_open: bool) -> Group {
         let group = if is_open { bin(variance / work) } else { SETTLED };
         self.groups[group].add(variance);
@@ -170,10 +171,11 @@ impl Census {
         self.changed /= 2;
     }
 
-    /// What the expected squared errors of pixels with more than one sample are to be multiplied with for all that they do
-    /// not know, from how those have changed that got more samples. These were chosen for their large errors, and turn out to be
-    /// better than they seemed; those that were not chosen are worse than they seem. So half of it, as a power: without any the
-    /// estimate was 1.1 to 1.4 times the measured error (medians over the gallery by target), with all 0.7 to 0.8 times.
+    /// What the expected squared errors of pixels with more than one sample are to be multiplied with for all that they
+    /// do not know, from how those have changed that got more samples. These were chosen for their large errors, and
+    /// turn out to be better than they seemed; those that were not chosen are worse than they seem. So half of it, as a
+    /// power: without any the estimate was 1.1 to 1.4 times the measured error (medians over the gallery by target),
+    /// with all 0.7 to 0.8 times.
     fn correction(&self) -> f64 {
         let [expected, changed] = [self.expected, self.changed].map(|sum| sum as f64 / SCALE);
         ((changed + TRUST) / (expected + TRUST)).clamp(0.25, 4.0).sqrt()
@@ -212,13 +214,14 @@ impl Census {
         (sum / self.pixels().max(1.0)).sqrt()
     }
 
-    /// What to do to reach an error of `target`; `None` if it is reached or nothing can be refined. A plan refines at least
-    /// one pixel: since the samples of a pixel are limited, there is a last plan.
+    /// What to do to reach an error of `target`; `None` if it is reached or nothing can be refined. A plan refines at
+    /// least one pixel: since the samples of a pixel are limited, there is a last plan.
     ///
-    /// A pixel with n samples and the squared error V gains about V/n by another sample. Refining wherever that is above
-    /// one threshold for each ray costs the fewest rays for an error; the threshold is the largest one with which the picture
-    /// is expected to come down to the target, or to half its error, before pixels are judged anew. Of a target that is out of
-    /// reach see [`BESIDE`]: one thin wire would have every pixel of the film refined to the limit.
+    /// A pixel with n samples and the squared error V gains about V/n by another sample. Refining wherever that is
+    /// above one threshold for each ray costs the fewest rays for an error; the threshold is the largest one with which
+    /// the picture is expected to come down to the target, or to half its error, before pixels are judged anew. Of a
+    /// target that is out of reach see [`BESIDE`]: one thin wire would have every pixel of the film refined to the
+    /// limit.
     pub fn plan(&self, target: f64) -> Option<Plan> {
         let (error, classes, settled) = (self.error(), self.class_errors(), self.settled());
         let open: f64 = self.open(&classes).map(|(_, error, _)| error).sum();
@@ -247,8 +250,8 @@ impl Census {
 
 /// How many times its samples a pixel gets.
 fn factor(value: f64, threshold: f64) -> u8 {
-    // V/n falls with the power 5/2 of the samples. (With 20 for 5.6 the demo took 1.5 % fewer rays for an error, and the
-    // sphereflake 7 % more; never four times took 2.3 to 3 times as many.)
+    // V/n falls with the power 5/2 of the samples. (With 20 for 5.6 the demo took 1.5 % fewer rays for an error, and
+    // the sphereflake 7 % more; never four times took 2.3 to 3 times as many.)
     match value / threshold {
         r if r <= 1.0 => 1,
         r if r <= 5.6 => 2,

@@ -97,7 +97,8 @@ impl Control {
         self.changed.notify_all();
     }
 
-    /// Set while there is something to heed: then stop tracing, in the middle of a sample too, and call [`Control::wait`].
+    /// Set while there is something to heed: then stop tracing, in the middle of a sample too, and call
+    /// [`Control::wait`].
     pub fn stop(&self) -> &AtomicBool {
         &self.stop
     }
@@ -107,8 +108,8 @@ impl Control {
         self.changes.load(Ordering::Relaxed)
     }
 
-    /// Whether tracing that began after so many changes never saw `stop` set, so that its samples are whole. That it is not
-    /// set now does not tell: a pause may have come and gone in the middle of a sample.
+    /// Whether tracing that began after so many changes never saw `stop` set, so that its samples are whole. That it is
+    /// not set now does not tell: a pause may have come and gone in the middle of a sample.
     pub fn undisturbed(&self, changes: u32) -> bool {
         // If it was seen set and is not now, then this reads what cleared it, and with it the change counted before.
         !self.stop.load(Ordering::Acquire) && self.changes() == changes

@@ -47,13 +47,15 @@ pub struct TileImage {
     pub rect: Rect,
     /// Pixels between the points of the lattice that is known, from the upper left corner on; 1 when all are.
     pub step: u32,
-    /// The points that are told here, by their numbers row by row; `None`: all of them. Where few have changed, these are told.
+    /// The points that are told here, by their numbers row by row; `None`: all of them. Where few have changed, these
+    /// are told.
     pub points: Option<Vec<u32>>,
     /// Linear radiance at the points, row by row. Pixels between them show that of the nearest point up and left.
     pub pixels: Vec<[f32; 3]>,
     /// Samples at each of the points so far.
     pub samples: Vec<u32>,
-    /// Expected error at each of the points, 8-bit codes: root mean square over the channels. Empty as long as nothing can be said.
+    /// Expected error at each of the points, 8-bit codes: root mean square over the channels. Empty as long as nothing
+    /// can be said.
     pub errors: Vec<f32>,
     /// Samples at each of the points that were not finite. Empty if all are.
     pub non_finite: Vec<u32>,
@@ -104,11 +106,11 @@ pub struct TileStats {
     pub busy: Duration,
     /// When it was done, since the start of the render.
     pub done: Duration,
-    /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; of those that are told, if
-    /// these are not all. `None` as long as nothing can be said.
+    /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; of those that are
+    /// told, if these are not all. `None` as long as nothing can be said.
     pub squared_error: Option<ErrorChange>,
-    /// Weight of the paths that were not followed, and of what lights may be wrong by that were not asked for: sum over the
-    /// pixels, and that of the worst pixel. Times
+    /// Weight of the paths that were not followed, and of what lights may be wrong by that were not asked for: sum over
+    /// the pixels, and that of the worst pixel. Times
     /// [`Scene::largest_radiance`](crate::scene::Scene::largest_radiance) it bounds what they would add.
     pub cut: Cut,
 }

@@ -37,8 +37,8 @@ pub struct Explanation {
     pub tree: RayTree,
 }
 
-/// Traces `samples` samples of the pixel (x, y), as rendering does, and tells of sample `sample`, or else of the first that is
-/// not finite, or else of the first. `desc`: what the scene was compiled from, for the names.
+/// Traces `samples` samples of the pixel (x, y), as rendering does, and tells of sample `sample`, or else of the first
+/// that is not finite, or else of the first. `desc`: what the scene was compiled from, for the names.
 pub fn explain(scene: &Scene, desc: &SceneDesc, (x, y): (u32, u32), samples: u32, sample: Option<u32>) -> Explanation {
     let (sampler, mut scratch, stop) = (sampler(scene), Scratch::default(), AtomicBool::new(false));
     let (mut pixel, mut bad) = (Pixel::default(), None);

@@ -62,9 +62,9 @@ impl RenderHandle {
         &self.events
     }
 
-    /// The next event, for those who do nothing else meanwhile. Where none is waiting, some are let come together first,
-    /// for up to 5 ms or a 64th of the time that has passed: to wake a sleeping thread for every tile took 6 % of the
-    /// processor time on the demo scene.
+    /// The next event, for those who do nothing else meanwhile. Where none is waiting, some are let come together
+    /// first, for up to 5 ms or a 64th of the time that has passed: to wake a sleeping thread for every tile took 6 %
+    /// of the processor time on the demo scene.
     pub fn next_event(&self, patience: Duration) -> Result<RenderEvent, RecvTimeoutError> {
         if self.events.is_empty() {
             thread::sleep((self.begun.elapsed() / 64).min(Duration::from_millis(5)));
@@ -82,8 +82,8 @@ impl RenderHandle {
         self.control.pause(false);
     }
 
-    /// Ends the render at this time with `Finished` and all that is known then, but not before there is a whole picture.
-    /// Pauses put it off. This alone makes a picture that is not a function of the scene.
+    /// Ends the render at this time with `Finished` and all that is known then, but not before there is a whole
+    /// picture. Pauses put it off. This alone makes a picture that is not a function of the scene.
     pub fn finish_by(&self, deadline: Instant) {
         self.control.set_deadline(deadline);
     }
@@ -97,13 +97,13 @@ impl Drop for RenderHandle {
 
 /// Starts worker threads on a scene and returns at once.
 ///
-/// Tiles wait in a queue, in the order of [`Rect::spiral`], for their first pass some of them together. A worker takes the
-/// first, traces its next pass, reports it, and puts the tile at the end of the queue if it has passes to come. So all tiles
-/// go through the passes together, a tile is in one pair of hands at a time, and nobody waits for anybody.
+/// Tiles wait in a queue, in the order of [`Rect::spiral`], for their first pass some of them together. A worker takes
+/// the first, traces its next pass, reports it, and puts the tile at the end of the queue if it has passes to come. So
+/// all tiles go through the passes together, a tile is in one pair of hands at a time, and nobody waits for anybody.
 ///
-/// With an error to reach, the passes that give every pixel its first sample are followed by rounds. When all tiles have
-/// been traced, each pixel is judged by its samples and its neighbours; when all have been judged, who comes last adds up
-/// how wrong the picture is and plans which pixels are worth more samples.
+/// With an error to reach, the passes that give every pixel its first sample are followed by rounds. When all tiles
+/// have been traced, each pixel is judged by its samples and its neighbours; when all have been judged, who comes last
+/// adds up how wrong the picture is and plans which pixels are worth more samples.
 ///
 /// # Panics
 /// If `settings.tile_size` is not a multiple of 8.
@@ -112,8 +112,8 @@ pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
     launch(scene, settings, sampler, filter)
 }
 
-/// Starts worker threads that tell something else than light: the pixels of the tiles hold what [`Probe`] says, found through
-/// the middle of each pixel.
+/// Starts worker threads that tell something else than light: the pixels of the tiles hold what [`Probe`] says, found
+/// through the middle of each pixel.
 ///
 /// # Panics
 /// As [`start`].
@@ -225,8 +225,8 @@ struct Shared {
 }
 
 impl Shared {
-    /// Tiles that are traced together if so many samples of each square of the coarsest lattice are: such that they fill a batch, but
-    /// no worker is left without.
+    /// Tiles that are traced together if so many samples of each square of the coarsest lattice are: such that they
+    /// fill a batch, but no worker is left without.
     fn together(&self, samples: usize) -> usize {
         let samples = samples * (self.settings.tile_size / COARSEST).pow(2) as usize;
         (self.tiles / (4 * self.settings.threads.get())).min(BATCH / samples).max(1)
@@ -328,7 +328,8 @@ impl Worker {
         if traced == Traced::Part { Err(Leave) } else { self.pass_on(tiles, number) }
     }
 
-    /// Reports that a tile is begun with: of those that are traced together the first before, the others when they are told.
+    /// Reports that a tile is begun with: of those that are traced together the first before, the others when they are
+    /// told.
     fn start(&self, tile: &Tile, pass: Pass) -> Result<(), Leave> {
         self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })
     }
@@ -409,8 +410,8 @@ impl Worker {
         if traced == Traced::Part { Err(Leave) } else { Ok(()) }
     }
 
-    /// Takes a tile in that has been traced in a round, with what its census says if it was refined. Who brings the last one lets all
-    /// be judged.
+    /// Takes a tile in that has been traced in a round, with what its census says if it was refined. Who brings the
+    /// last one lets all be judged.
     fn gather_traced(&self, tile: Tile, number: u32, census: Option<&Census>) {
         let mut gathering = self.shared.gathering.lock().unwrap_or_else(PoisonError::into_inner);
         gathering.tiles.push(tile);
@@ -421,7 +422,8 @@ impl Worker {
         if gathering.tiles.len() < self.shared.tiles {
             return;
         }
-        // A plan that refines nothing would come again for ever. In round 1 the lot may fall on no pixel of a small film.
+        // A plan that refines nothing would come again for ever. In round 1 the lot may fall on no pixel of a small
+        // film.
         let refined = std::mem::take(&mut gathering.refined);
         assert!(refined || number <= 1, "round {number} has refined nothing");
         queue(&self.requeue, gathering.tiles.drain(..), self.shared.together(1), Step::Judge(number));

@@ -13,8 +13,8 @@ fn put<T: Copy + Default>(values: &mut Vec<T>, points: &[u32], told: &[T]) {
     }
 }
 
-/// Samples of each pixel, how wrong it may be, and what was left out: what tiles have told last, as they told it, since it
-/// is seldom looked at.
+/// Samples of each pixel, how wrong it may be, and what was left out: what tiles have told last, as they told it, since
+/// it is seldom looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
     width: u32,

@@ -16,8 +16,8 @@ pub(super) struct Map {
     words: Vec<AtomicU64>,
     /// Variances, as bits.
     variances: Vec<AtomicU32>,
-    /// Whether a pixel was written since it was judged, or one of its neighbours has changed. (Judging all pixels after each round took a
-    /// fifth of the time of a render of the demo to an error of 1.)
+    /// Whether a pixel was written since it was judged, or one of its neighbours has changed. (Judging all pixels after
+    /// each round took a fifth of the time of a render of the demo to an error of 1.)
     stale: Vec<AtomicBool>,
     /// Samples that each pixel needs so that thin objects are seen; empty if there are none.
     thin: Vec<u8>,
@@ -83,10 +83,11 @@ impl Look {
         self.tree == before.tree && is_calm && self.distance2(before) < UNSEEN
     }
 
-    /// The same distance to what is seen if the part `share` of the pixel shows what a neighbour shows that is not seen here.
+    /// The same distance to what is seen if the part `share` of the pixel shows what a neighbour shows that is not seen
+    /// here.
     ///
-    /// The neighbour may itself be a mixture: of two lights a (that of this pixel) and b with the mean m and the variance s^2,
-    /// b is a + (m - a) + s^2 / (m - a).
+    /// The neighbour may itself be a mixture: of two lights a (that of this pixel) and b with the mean m and the
+    /// variance s^2, b is a + (m - a) + s^2 / (m - a).
     pub fn distance2_to_mix(self, other: Self, share: f64) -> f64 {
         let linear = |codes: Codes| codes.0.map(|code| srgb_to_linear_near(code as u16));
         let (here, there) = (linear(self.codes), linear(other.codes));
@@ -115,8 +116,8 @@ fn brightness([r, g, b]: [f64; 3]) -> f64 {
 /// How a pixel fits in among its neighbours.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Fit {
-    /// The largest squared step in codes from a straight line through it, in four directions: where the picture is smooth
-    /// it is small, at an edge the square of the contrast.
+    /// The largest squared step in codes from a straight line through it, in four directions: where the picture is
+    /// smooth it is small, at an edge the square of the contrast.
     pub contrast2: f32,
     /// Whether the ray trees are all the same.
     pub same: bool,
@@ -124,9 +125,9 @@ pub(super) struct Fit {
     pub other: u8,
 }
 
-/// What is seen in the pixels of a tile and around it, by channel, so that fits are found for many at once. (One by one, out of
-/// the map, took a seventh of the time of a render of the demo to an error of 1.) What is off the film looks like the pixel
-/// at its edge.
+/// What is seen in the pixels of a tile and around it, by channel, so that fits are found for many at once. (One by
+/// one, out of the map, took a seventh of the time of a render of the demo to an error of 1.) What is off the film
+/// looks like the pixel at its edge.
 #[derive(Debug, Default)]
 pub(super) struct Window {
     columns: usize,
@@ -239,8 +240,8 @@ impl Map {
         Look::unpack(self.words[at].load(Ordering::Relaxed), variance)
     }
 
-    /// Which pixels of a row, from (x, y) on, were put down since this was asked last, they or a neighbour that has changed; whether
-    /// there are any.
+    /// Which pixels of a row, from (x, y) on, were put down since this was asked last, they or a neighbour that has
+    /// changed; whether there are any.
     pub fn take_stale(&self, x: u32, y: u32, width: u32, stale: &mut Vec<bool>) -> bool {
         let row = &self.stale[self.at(x, y)..][..width as usize];
         stale.clear();

@@ -220,8 +220,8 @@ impl Progress {
         self.convergence.error()
     }
 
-    /// Weight of what was not followed, for its weight or its depth, and of lights that were not asked for: mean over the pixels, and that of the
-    /// worst pixel.
+    /// Weight of what was not followed, for its weight or its depth, and of lights that were not asked for: mean over
+    /// the pixels, and that of the worst pixel.
     pub fn cut(&self) -> Cut {
         let all = self
             .cuts

@@ -19,7 +19,8 @@ impl Rect {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// Divides a film into tiles of this side (smaller ones at the right and lower edges), the middle first, then outward.
+    /// Divides a film into tiles of this side (smaller ones at the right and lower edges), the middle first, then
+    /// outward.
     pub fn spiral(width: u32, height: u32, side: u32) -> Vec<Rect> {
         let mut tiles: Vec<Rect> = (0..height.div_ceil(side))
             .flat_map(|row| (0..width.div_ceil(side)).map(move |column| (column * side, row * side)))

@@ -1,16 +1,17 @@
 //! One round of refinement: which pixels get more samples, and how wrong each is after it.
 //!
-//! How much there is to gain was computed from 256 samples of a part of the pixels. Were the true error of each pixel known
-//! for any number of samples, an error of 1 would take 10.4 rays a pixel of the demo at 1280x720 (uniform samples: 49.5; rounds:
-//! 12.6 of all of its pixels) and 72.6 of the sphereflake at 720x720 (uniform: 178; rounds: 78). Two sums a pixel, the
-//! second of paths that weigh less than 1/8, from fewer samples (multi-level Monte Carlo), would make it 10.0 and 67.5: too little
-//! for what it takes.
+//! How much there is to gain was computed from 256 samples of a part of the pixels. Were the true error of each pixel
+//! known for any number of samples, an error of 1 would take 10.4 rays a pixel of the demo at 1280x720 (uniform
+//! samples: 49.5; rounds: 12.6 of all of its pixels) and 72.6 of the sphereflake at 720x720 (uniform: 178; rounds: 78).
+//! Two sums a pixel, the second of paths that weigh less than 1/8, from fewer samples (multi-level Monte Carlo), would
+//! make it 10.0 and 67.5: too little for what it takes.
 //!
-//! So it would be with pixels without samples. Bilinear between every second pixel, by classes of ray tree, contrast and cost whose
-//! errors are known exactly, half of the demo's pixels need none, which spares 2.0 rays a pixel net (every fourth: 1.3; the
-//! sphereflake: 0.5): 10.6 for 12.6 at best, and those are the rays that run most alike. With camera rays alone for what surface a
-//! sample sees and few whole ones for its light, the demo would need 13.5 for 13.7 (from 32 samples of a quarter of the pixels,
-//! n^-3/2), since the variance is within surfaces: textures, shadows, mirrors.
+//! So it would be with pixels without samples. Bilinear between every second pixel, by classes of ray tree, contrast
+//! and cost whose errors are known exactly, half of the demo's pixels need none, which spares 2.0 rays a pixel net
+//! (every fourth: 1.3; the sphereflake: 0.5): 10.6 for 12.6 at best, and those are the rays that run most alike. With
+//! camera rays alone for what surface a sample sees and few whole ones for its light, the demo would need 13.5 for 13.7
+//! (from 32 samples of a quarter of the pixels, n^-3/2), since the variance is within surfaces: textures, shadows,
+//! mirrors.
 
 use super::census::{Census, FALL, Group, Plan};
 use super::map::{Fit, Look, Map};
@@ -39,8 +40,8 @@ pub(super) struct Seen<'a> {
     pub group: &'a mut Group,
 }
 
-/// In round 1 one pixel of a square of this side is looked into. (With 16 at 1280x720 classes were known worse, and the demo
-/// took 3 % more rays for an error.)
+/// In round 1 one pixel of a square of this side is looked into. (With 16 at 1280x720 classes were known worse, and the
+/// demo took 3 % more rays for an error.)
 const LOT: u32 = 8;
 
 /// Whether the lot falls on a pixel in its square.
@@ -54,9 +55,9 @@ fn is_drawn(x: u32, y: u32) -> bool {
 /// What a neighbour shows of what lies beyond the edge is half of it on average, hence twice 0.408.
 const MISSED: f64 = 0.816;
 
-/// Where all samples of a pixel agree within a code or so, an edge next to it may still cut a corner off. A corner of the
-/// part 1/n of the pixel is about n^-1/2 wide, so that the chance falls no faster. 0.4 gained nothing
-/// on a fine fence.
+/// Where all samples of a pixel agree within a code or so, an edge next to it may still cut a corner off. A corner of
+/// the part 1/n of the pixel is about n^-1/2 wide, so that the chance falls no faster. 0.4 gained nothing on a fine
+/// fence.
 const CORNER: f64 = 0.25;
 
 /// Pixels whose few samples say too little of their error are the ones that are not refined: the error of n samples is
@@ -86,8 +87,8 @@ impl Round<'_> {
         wanted.min(self.limit)
     }
 
-    /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong it
-    /// was.
+    /// Puts down what a pixel looks like now, which had `before` samples. If that was one, the census is told how wrong
+    /// it was.
     pub fn note(&self, seen: &mut Seen, before: u32, (x, y): (u32, u32), census: &mut Census) {
         let Seen { pixel, scatter, group } = seen;
         let look = Look::of(pixel, scatter);
@@ -147,14 +148,15 @@ impl Round<'_> {
     }
 }
 
-/// Something of the width w < 1 is not stratified by fewer than w^-2 samples, so that the variance falls as n^-1 only until
-/// then. The samples themselves tell a part of it, hence the power (a fence of 0.3 needs 1/2, a wire of 0.03 needs 1).
+/// Something of the width w < 1 is not stratified by fewer than w^-2 samples, so that the variance falls as n^-1 only
+/// until then. The samples themselves tell a part of it, hence the power (a fence of 0.3 needs 1/2, a wire of 0.03
+/// needs 1).
 fn thin_doubt(n: f64, first_look: f64) -> f64 {
     n.sqrt().min(first_look / HITS).max(1.0).powf(0.75)
 }
 
-/// The part of the expected squared error E(n) that more samples take away. Since samples are added to those that are there, it
-/// is also the mean square of the change: E(n) - E(m).
+/// The part of the expected squared error E(n) that more samples take away. Since samples are added to those that are
+/// there, it is also the mean square of the change: E(n) - E(m).
 pub(super) fn share_gained(before: u32, after: u32) -> f64 {
     1.0 - (f64::from(before) / f64::from(after)).powf(FALL)
 }

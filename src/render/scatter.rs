@@ -7,10 +7,10 @@ use crate::shading::Sample;
 /// How the samples of a pixel differ, which only refinement asks for.
 ///
 /// The variance of the mean is estimated from the samples of the pixel alone. With V(n) the variance of the mean of n
-/// samples, V(1) is that of single samples. Samples of a (0,2) sequence are stratified, so that V falls faster than 1/n:
-/// about as n^-3/2 where an edge crosses the pixel, faster where it is smooth, as 1/n where detail is finer than the
-/// samples. Blocks of 2^k samples are stratified alike; the variance between up to four of them tells how fast V falls in
-/// this pixel.
+/// samples, V(1) is that of single samples. Samples of a (0,2) sequence are stratified, so that V falls faster than
+/// 1/n: about as n^-3/2 where an edge crosses the pixel, faster where it is smooth, as 1/n where detail is finer than
+/// the samples. Blocks of 2^k samples are stratified alike; the variance between up to four of them tells how fast V
+/// falls in this pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scatter {
     /// Sum of squared differences from the mean, by channel (Welford).
@@ -78,8 +78,8 @@ impl Scatter {
         if self.mixed { 0 } else { self.tree | 1 }
     }
 
-    /// Expected square of the error of the mean in 8-bit codes, mean over the channels, by the samples alone; 0 where there
-    /// are too few to tell.
+    /// Expected square of the error of the mean in 8-bit codes, mean over the channels, by the samples alone; 0 where
+    /// there are too few to tell.
     pub fn variance(&self, pixel: &Pixel) -> f64 {
         if pixel.count() < JUDGED || self.squares == [0.0; 3] {
             return 0.0;
@@ -115,8 +115,8 @@ impl Scatter {
         let comparisons = (blocks - 1) as f64;
         let between = means().map(|b| (b - mean).powi(2)).sum::<f64>() / comparisons;
         let single = f64::from(self.spread) / f64::from(last);
-        // V(m) / (V(1) / m), but for a factor of 4/3 (1 - 4^-p) that is close to that of p = 3/2: blocks of one net share
-        // strata.
+        // V(m) / (V(1) / m), but for a factor of 4/3 (1 - 4^-p) that is close to that of p = 3/2: blocks of one net
+        // share strata.
         let ratio = between * m / single / SHARED;
         let ratio = (BELIEF * m.powf(1.0 - USUAL) + comparisons * ratio) / (BELIEF + comparisons);
         (1.0 - ratio.ln() / m.ln()).clamp(1.0, 2.0)

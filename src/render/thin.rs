@@ -19,11 +19,12 @@ const MOST: u8 = 128;
 /// Parts of a long object are about so many pixels long.
 const PART: f64 = 4.0;
 
-/// For each pixel of the film, row by row, how many samples it takes to see the objects there that are thinner than a pixel;
-/// 0 where there are none. Empty if there are none at all.
+/// For each pixel of the film, row by row, how many samples it takes to see the objects there that are thinner than a
+/// pixel; 0 where there are none. Empty if there are none at all.
 ///
-/// An object is taken for its box, a long one for a row of boxes; a mesh for the boxes of its parts. What is seen in mirrors and
-/// through glass, shadows and textures are not looked at, nor wires of a mesh that are bent or hang together.
+/// An object is taken for its box, a long one for a row of boxes; a mesh for the boxes of its parts. What is seen in
+/// mirrors and through glass, shadows and textures are not looked at, nor wires of a mesh that are bent or hang
+/// together.
 pub(super) fn thin(scene: &Scene) -> Vec<u8> {
     let mut marks = Marks { width: scene.width, height: scene.height, samples: Vec::new() };
     if scene.objects().len() <= MOST_OBJECTS {
@@ -124,7 +125,8 @@ mod tests {
     use crate::description::{CameraDesc, ObjectDesc, Projection, SceneDesc, ShapeDesc};
     use crate::scene::compile;
 
-    /// A box of this size in the middle of a film of 40 by 30 pixels, each one unit wide, turned about the line of sight.
+    /// A box of this size in the middle of a film of 40 by 30 pixels, each one unit wide, turned about the line of
+    /// sight.
     fn marks(size: DVec3, degrees: f64, projection: Projection) -> Vec<u8> {
         let mut desc = SceneDesc::default();
         (desc.film.width, desc.film.height) = (40, 30);

@@ -23,18 +23,19 @@ pub fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// One rectangle between passes: the sums of its samples. Moves from worker to worker by value, so that nothing is shared
-/// and the samples of a pixel are added in their order, whoever traces them.
+/// One rectangle between passes: the sums of its samples. Moves from worker to worker by value, so that nothing is
+/// shared and the samples of a pixel are added in their order, whoever traces them.
 #[derive(Debug)]
 pub struct Tile {
     rect: Rect,
-    /// The pixels of the finest lattice so far, row by row: what no pass has reached takes no memory and no time. (With all
-    /// pixels from the beginning, an edit of the demo took 75 ms to be seen whole instead of 44.)
+    /// The pixels of the finest lattice so far, row by row: what no pass has reached takes no memory and no time. (With
+    /// all pixels from the beginning, an edit of the demo took 75 ms to be seen whole instead of 44.)
     pixels: Vec<Pixel>,
     /// How the samples of each of them differ, if that is to be known.
     scatters: Vec<Scatter>,
-    /// What the last census made of each of them; empty before the first. Rounds look at nothing else of most pixels. (With all
-    /// numbers of a pixel in one place, walking over them took about 5 % of the time of a render of the demo to an error of 1.)
+    /// What the last census made of each of them; empty before the first. Rounds look at nothing else of most pixels.
+    /// (With all numbers of a pixel in one place, walking over them took about 5 % of the time of a render of the demo
+    /// to an error of 1.)
     groups: Vec<Group>,
     /// What the pixels looked like after the last pass that is judged by what it changes.
     codes: Vec<Codes>,
@@ -101,7 +102,8 @@ impl Tile {
         pixel.add(sample)
     }
 
-    /// Puts down the pixels of a pass that is the same for every picture. `number`: of the tile among those that are traced together.
+    /// Puts down the pixels of a pass that is the same for every picture. `number`: of the tile among those that are
+    /// traced together.
     pub(super) fn enter(&mut self, number: u32, pass: Pass, differences: bool, batch: &mut Batch) {
         // Sums get their memory here, so that starting a render takes none.
         let step = if let Pass::Lattice { step } = pass { step } else { 1 };
@@ -197,9 +199,9 @@ impl Tile {
         self.told.unwrap_or_default()
     }
 
-    /// What a round has made of the tile: if these are few, the pixels that were traced. In rounds that have a plan errors are
-    /// told too, for the first time of all pixels, and how those of the traced ones have changed: from what the last census said to
-    /// what they say of themselves.
+    /// What a round has made of the tile: if these are few, the pixels that were traced. In rounds that have a plan
+    /// errors are told too, for the first time of all pixels, and how those of the traced ones have changed: from what
+    /// the last census said to what they say of themselves.
     pub(super) fn refined(&mut self, number: u32, round: &Round, batch: &Batch) -> (TileImage, Option<ErrorChange>) {
         let wanted = batch.of(number);
         let traced = || wanted.iter().map(|wanted| wanted.at as usize);
@@ -244,8 +246,8 @@ impl Tile {
         self.cut
     }
 
-    /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too; and how
-    /// the sum of their squares has changed.
+    /// The errors of all pixels by what they have changed in a pass of all pixels, which is what missed edges do too;
+    /// and how the sum of their squares has changed.
     pub(super) fn own_errors(&mut self, pass: Pass) -> Option<(ErrorChange, Vec<f32>)> {
         let Pass::Refine { from, to } = pass else { return None };
         if self.codes.is_empty() {
@@ -302,7 +304,8 @@ fn spread<T: Copy + Default>(coarse: &[T], coarse_columns: u32, (columns, rows):
     fine
 }
 
-/// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the pixel's middle.
+/// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the
+/// pixel's middle.
 pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {

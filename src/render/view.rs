@@ -102,8 +102,8 @@ impl View {
         }
     }
 
-    /// The scale on which all values of a picture lie. It ends at round numbers, so that it seldom changes while the picture
-    /// grows.
+    /// The scale on which all values of a picture lie. It ends at round numbers, so that it seldom changes while the
+    /// picture grows.
     pub fn scale(self, values: &[[f32; 3]]) -> Scale {
         let seen = values.iter().filter(|value| !self.is_nothing(**value)).map(|value| value[0]);
         let (low, high) = seen.fold((f32::MAX, 0.0f32), |(low, high), v| (low.min(v), high.max(v)));

@@ -6,9 +6,10 @@ use crate::math::{Rgb, STEEPEST};
 use glam::DVec3;
 
 impl Scene {
-    /// An upper bound of the radiance along any ray, over all channels: the L of the smallest value with L >= background and
-    /// L >= (light that a material sends out itself) + (k_r + k_t) L for every material. `None` if there is none: where a
-    /// material has k_r + k_t >= 1, or a light that falls off with distance may be as close to a surface as you like.
+    /// An upper bound of the radiance along any ray, over all channels: the L of the smallest value with L >=
+    /// background and L >= (light that a material sends out itself) + (k_r + k_t) L for every material. `None` if there
+    /// is none: where a material has k_r + k_t >= 1, or a light that falls off with distance may be as close to a
+    /// surface as you like.
     pub(super) fn bound_radiance(&self) -> Option<f64> {
         let background = match self.world.background {
             Background::Solid(color) => color.largest(),
@@ -42,16 +43,17 @@ impl Scene {
         bound.is_finite().then_some(bound)
     }
 
-    /// The weight below which a path can not matter: 2^-20, and with an error to reach what would change a pixel by that at most,
-    /// were its code as steep as in the darks. What is cut is estimated then; in a mirror room with glass about a sixth of the
-    /// error to reach was left of it.
+    /// The weight below which a path can not matter: 2^-20, and with an error to reach what would change a pixel by
+    /// that at most, were its code as steep as in the darks. What is cut is estimated then; in a mirror room with glass
+    /// about a sixth of the error to reach was left of it.
     pub(super) fn bound_weight(&self) -> f64 {
         let brightest = self.largest_radiance.unwrap_or(1.0).max(1e-6);
         self.render.error.map_or(NEGLIGIBLE, |error| (error / STEEP / brightest).clamp(NEGLIGIBLE, 1.0 / 16.0))
     }
 
-    /// What a sample may leave unasked of its lights: taken for half lit, it changes no pixel by more than half a code, nor by
-    /// more than half of the error to reach, were the pixel black. Where radiance has no bound, weights are no shares.
+    /// What a sample may leave unasked of its lights: taken for half lit, it changes no pixel by more than half a code,
+    /// nor by more than half of the error to reach, were the pixel black. Where radiance has no bound, weights are no
+    /// shares.
     pub(super) fn bound_spare_light(&self) -> f64 {
         let error = self.render.error.filter(|_| self.largest_radiance.is_some());
         error.map_or(0.0, |error| error.min(1.0) / STEEPEST)

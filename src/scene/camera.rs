@@ -36,8 +36,8 @@ impl Camera {
         finite.then_some(Self { position: desc.position, forward, right, up, perspective, size })
     }
 
-    /// The ray through the point (x, y) of the film, in pixels from its upper left corner: the centre of pixel (i, j) is
-    /// (i + 1/2, j + 1/2).
+    /// The ray through the point (x, y) of the film, in pixels from its upper left corner: the centre of pixel (i, j)
+    /// is (i + 1/2, j + 1/2).
     pub fn ray(&self, x: f64, y: f64) -> Ray {
         let (width, height) = self.size;
         let across = self.right * ((2.0 * x - width) / width) + self.up * ((height - 2.0 * y) / height);

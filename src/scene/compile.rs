@@ -102,9 +102,9 @@ pub fn compile(desc: &SceneDesc, previous: Option<&Scene>) -> Result<Scene, Comp
     compile_for(desc, previous, Isa::best())
 }
 
-/// Compiles a description for an instruction set that this processor has, sharing with `previous` every mesh, picture and tree whose inputs are equal: editing a camera,
-/// a light or a material rebuilds nothing, moving an object only the tree over the objects.
-/// Nothing is shared with a scene compiled for another instruction set.
+/// Compiles a description for an instruction set that this processor has, sharing with `previous` every mesh, picture
+/// and tree whose inputs are equal: editing a camera, a light or a material rebuilds nothing, moving an object only the
+/// tree over the objects. Nothing is shared with a scene compiled for another instruction set.
 ///
 /// # Panics
 /// If the processor does not have `isa`.
@@ -112,8 +112,8 @@ pub fn compile_for(desc: &SceneDesc, previous: Option<&Scene>, isa: Isa) -> Resu
     compile_with(desc, previous, &[], isa)
 }
 
-/// [`compile_for`] the same instruction set after these files have `changed` on the disk: what was made of them is read again, and nothing else. If that
-/// fails, they still count as changed the next time.
+/// [`compile_for`] the same instruction set after these files have `changed` on the disk: what was made of them is read
+/// again, and nothing else. If that fails, they still count as changed the next time.
 pub fn recompile(desc: &SceneDesc, previous: &Scene, changed: &[PathBuf]) -> Result<Scene, CompileError> {
     compile_with(desc, Some(previous), changed, previous.isa())
 }
@@ -173,8 +173,8 @@ fn compile_with(
     Ok(scene)
 }
 
-/// An empty scene that lends this mesh to scenes compiled after it, as if it had been read from `file`: how models come in
-/// that are in no file.
+/// An empty scene that lends this mesh to scenes compiled after it, as if it had been read from `file`: how models come
+/// in that are in no file.
 pub fn lender(file: &Path, crease: f64, model: Model) -> Result<Scene, CompileError> {
     let mut scene = compile(&SceneDesc::default(), None)?;
     let mesh = Arc::new(Mesh::new(model, Isa::best(), threads()));
@@ -310,8 +310,8 @@ impl Geometry {
     }
 
     /// Places all objects and builds the tree over them. Those that stand where they stood in `previous` are not placed
-    /// again: of 7,381 balls that took longer than the tree. The tree is always built anew, so that it does not depend on
-    /// the edits that led here.
+    /// again: of 7,381 balls that took longer than the tree. The tree is always built anew, so that it does not depend
+    /// on the edits that led here.
     fn build(sources: &[ObjectDesc], loaded: &Loaded, previous: Option<&Self>, isa: Isa) -> Result<Self, CompileError> {
         let mut objects = Vec::with_capacity(previous.map_or(sources.len(), |p| p.objects.len()));
         for (index, source) in sources.iter().enumerate().filter(|(_, source)| source.visible) {
@@ -350,7 +350,8 @@ impl Geometry {
         })
     }
 
-    /// What the description with this index has become here, if it is the same one. Not of meshes: they may be others now.
+    /// What the description with this index has become here, if it is the same one. Not of meshes: they may be others
+    /// now.
     fn placed(&self, index: usize, source: &ObjectDesc) -> Option<&[Object]> {
         let here = self.sources.get(index).filter(|here| is_in_place(here, source))?;
         let is_mesh = matches!(here.shape, ShapeDesc::Mesh { .. });
@@ -426,8 +427,8 @@ impl Scene {
         models.chain(images.keys()).filter(|file| builtin(file).is_none()).cloned().collect()
     }
 
-    /// The box in world space of an object as it is described, which may be another place than it has here, with the models
-    /// of this scene; `None` if it has no end, or its model is not known here.
+    /// The box in world space of an object as it is described, which may be another place than it has here, with the
+    /// models of this scene; `None` if it has no end, or its model is not known here.
     pub fn bounds_of(&self, object: &ObjectDesc) -> Option<Aabb> {
         if let ShapeDesc::Mesh { file, crease } = &object.shape
             && !self.assets.meshes.contains_key(&(file.clone(), crease.to_bits()))

@@ -1,11 +1,12 @@
 //! Rays that run alike through the tree over many objects.
 //!
-//! They share its nodes. A ball is met by eight rays at a time where several come near to it, other shapes as in small scenes (see
-//! `front`), meshes by the packets of their own trees.
+//! They share its nodes. A ball is met by eight rays at a time where several come near to it, other shapes as in small
+//! scenes (see `front`), meshes by the packets of their own trees.
 //!
-//! What a ray finds is what it finds alone. In chains of ties the order in which objects are asked decides (see [`Hit::beats`]), so rays
-//! that have met a tie of two objects are traced again, alone. Without a tie there is no chain: whatever lies within reach of the
-//! nearest hit is compared with it, or with something that is farther away by less than the reach.
+//! What a ray finds is what it finds alone. In chains of ties the order in which objects are asked decides (see
+//! [`Hit::beats`]), so rays that have met a tie of two objects are traced again, alone. Without a tie there is no
+//! chain: whatever lies within reach of the nearest hit is compared with it, or with something that is farther away by
+//! less than the reach.
 //!
 //! Shadow rays go on past glass, and what they pass is counted (see `through`).
 
@@ -66,8 +67,8 @@ pub(super) struct Crowd<'a, K, const SEARCH: u8> {
 /// More than rounding to f32 takes away.
 const LONGER: f64 = 1.0 + 4.0 / 16_777_216.0;
 
-/// Rays that start farther apart than this part of the tree's extent share little of it. Shadow rays past glass are taken all the same, since
-/// each has much to do alone: 0.92 of the time on the field of glass.
+/// Rays that start farther apart than this part of the tree's extent share little of it. Shadow rays past glass are
+/// taken all the same, since each has much to do alone: 0.92 of the time on the field of glass.
 const APART: f64 = 0.2;
 
 /// Rays that start farther away, in extents of the tree, are traced alone.
@@ -132,7 +133,8 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         }
     }
 
-    /// Meets an object that is neither a ball nor a mesh with some groups of rays, and takes those from `rays` that are ended.
+    /// Meets an object that is neither a ball nor a mesh with some groups of rays, and takes those from `rays` that are
+    /// ended.
     fn meet_groups<W: Wide>(&mut self, slabs: &mut Slabs, index: u32, mut groups: u32, rays: &mut RaySet) {
         let (scene, is_glass) = (self.scene, self.is_glass(index));
         let (object, tree) = (&scene.objects()[index as usize], &scene.geometry.tree);

@@ -76,8 +76,8 @@ impl Task for Pass {
     }
 }
 
-/// Whether a ray may meet an object: it passes the bounding sphere and has not gone by it. `error`: relative error of the
-/// object's own test.
+/// Whether a ray may meet an object: it passes the bounding sphere and has not gone by it. `error`: relative error of
+/// the object's own test.
 #[inline(always)]
 pub(super) fn passes(ray: &Ray, centre: DVec3, radius: f64, error: f64) -> bool {
     let f = ray.origin - centre;
@@ -89,8 +89,8 @@ pub(super) fn passes(ray: &Ray, centre: DVec3, radius: f64, error: f64) -> bool 
     !((n.length_squared() > reach2 * d2) | past)
 }
 
-/// Tasks that find where rays meet a shape. One a shape, so that each is a loop of its own: the compiler left one with all shapes
-/// scalar but for two divisions. The functions are those that single rays use; floating-point operations are
+/// Tasks that find where rays meet a shape. One a shape, so that each is a loop of its own: the compiler left one with
+/// all shapes scalar but for two divisions. The functions are those that single rays use; floating-point operations are
 /// neither fused nor reordered by the compiler, so every ray gets the bits that it gets alone.
 macro_rules! tasks {
     ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty),* } |$ray:ident| $test:expr;)*) => {$(

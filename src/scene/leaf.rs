@@ -6,7 +6,8 @@ use crate::geometry::{Hit, Ray};
 use glam::DVec3;
 use std::marker::PhantomData;
 
-/// One object, and all that is needed to meet it if it is a ball. The objects themselves are large and stand in another order.
+/// One object, and all that is needed to meet it if it is a ball. The objects themselves are large and stand in another
+/// order.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
     pub object: u32,

@@ -67,8 +67,8 @@ impl MediumStack {
         self.overfull
     }
 
-    /// Crosses the surface of `object`. A quad has no inside. (In place: a stack that is written in parts and copied as a whole at
-    /// once makes the processor wait.)
+    /// Crosses the surface of `object`. A quad has no inside. (In place: a stack that is written in parts and copied as
+    /// a whole at once makes the processor wait.)
     pub fn cross(&mut self, scene: &Scene, object: u32, material: u32, entering: bool) {
         match scene.objects()[object as usize].shape {
             Shape::Quad => {}
@@ -100,8 +100,8 @@ impl MediumStack {
         }
     }
 
-    /// The object whose medium fills the place: of those that the ray is inside of the one with the highest priority, of
-    /// equals the smallest, of equals the last in the file. `None`: the world.
+    /// The object whose medium fills the place: of those that the ray is inside of the one with the highest priority,
+    /// of equals the smallest, of equals the last in the file. `None`: the world.
     pub fn filling(&self, scene: &Scene) -> Option<u32> {
         self.top(scene).map(|b| b.object)
     }
@@ -135,8 +135,8 @@ impl Scene {
         media
     }
 
-    /// If `point` is inside the body of an object, a primitive whose material tells what is there. A quad has no inside; a
-    /// plane's is the half-space below.
+    /// If `point` is inside the body of an object, a primitive whose material tells what is there. A quad has no
+    /// inside; a plane's is the half-space below.
     fn inside_of(&self, index: u32, point: DVec3) -> Option<u32> {
         let object = &self.objects()[index as usize];
         let p = object.map.inverse.transform_point3(point);
@@ -155,8 +155,8 @@ impl Scene {
 }
 
 impl super::Mesh {
-    /// If a point of object space is inside, a triangle around it: more surfaces of the mesh are left than entered on the way
-    /// out. Surfaces are counted by their side, so that a hit on a shared edge does not upset the count.
+    /// If a point of object space is inside, a triangle around it: more surfaces of the mesh are left than entered on
+    /// the way out. Surfaces are counted by their side, so that a hit on a shared edge does not upset the count.
     fn enclosing_triangle<K: TreeKernels>(&self, point: DVec3) -> Option<u32> {
         // An arbitrary direction without symmetry, so that no common mesh has an edge in its way.
         let direction = DVec3::new(0.541_196_1, 0.640_293_7, 0.545_147_9);

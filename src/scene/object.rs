@@ -70,8 +70,8 @@ impl Object {
                 Shape::Quad => 0.0,
                 Shape::Mesh(mesh) => mesh.volume,
             };
-        // Shapes bounded by planes along their axes are met axis by axis; for the others errors along a long axis reach the
-        // short ones through products.
+        // Shapes bounded by planes along their axes are met axis by axis; for the others errors along a long axis reach
+        // the short ones through products.
         let condition = match &shape {
             Shape::Cuboid | Shape::Plane | Shape::Quad => 1.0,
             _ => world_from_shape.condition,

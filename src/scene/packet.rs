@@ -1,12 +1,13 @@
 //! Many rays against the whole scene at once.
 //!
-//! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at all,
-//! then groups of rays that do, eight or more at a time (see `front`). In trees over many objects and in meshes, rays that run alike share
-//! the nodes ([`Bvh::traverse_packet`]; for objects see `crowd`). To share no more than the nodes gained nothing: 1.00 of the frame's CPU time on the
-//! sphereflake, 1.02 on the field of glass balls, where objects were met one ray at a time all the same. Nor did
-//! it gain to meet the meshes among many objects first and together, and then go through the tree without them: 1.04 on the terrain with
-//! glass balls; nor blocks of eight balls in the leaves, tested at once in f32 before the formula: for single rays 0.98 on the
-//! sphereflake, but 1.05 on the terrain and on the field of glass, where the ray is prepared for few balls.
+//! In a scene of few objects every object is asked in turn, with no tree: first which rays pass its bounding sphere at
+//! all, then groups of rays that do, eight or more at a time (see `front`). In trees over many objects and in meshes,
+//! rays that run alike share the nodes ([`Bvh::traverse_packet`]; for objects see `crowd`). To share no more than the
+//! nodes gained nothing: 1.00 of the frame's CPU time on the sphereflake, 1.02 on the field of glass balls, where
+//! objects were met one ray at a time all the same. Nor did it gain to meet the meshes among many objects first and
+//! together, and then go through the tree without them: 1.04 on the terrain with glass balls; nor blocks of eight balls
+//! in the leaves, tested at once in f32 before the formula: for single rays 0.98 on the sphereflake, but 1.05 on the
+//! terrain and on the field of glass, where the ray is prepared for few balls.
 
 use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
 use super::front::{
@@ -232,8 +233,8 @@ pub(super) fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
 }
 
 impl Scene {
-    /// For each ray what [`Scene::intersect`] gives, to the last bit but for what [`Packets`](crate::bvh::Packets) says of meshes; quicker
-    /// where rays run alike.
+    /// For each ray what [`Scene::intersect`] gives, to the last bit but for what [`Packets`](crate::bvh::Packets) says
+    /// of meshes; quicker where rays run alike.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],
@@ -309,8 +310,8 @@ impl Scene {
         self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>, _>(rays, &source, room, &mut take)
     }
 
-    /// Whether a ray meets anything, asked first of the object that was last in the way of one like it. Where what is found depends
-    /// on the way through the tree, that would change the answer.
+    /// Whether a ray meets anything, asked first of the object that was last in the way of one like it. Where what is
+    /// found depends on the way through the tree, that would change the answer.
     fn occluded_again<K: TreeKernels>(&self, ray: &Ray, last: &mut Option<u32>) -> bool {
         let again = |index: u32| K::CONSERVATIVE && self.objects()[index as usize].is_occluded_quickly::<K>(ray);
         if last.is_some_and(again) {
@@ -321,7 +322,8 @@ impl Scene {
         occluder.is_some()
     }
 
-    /// For each ray what is in its way, as far as can be told without following it through glass. `inside`: what each starts in.
+    /// For each ray what is in its way, as far as can be told without following it through glass. `inside`: what each
+    /// starts in.
     pub fn look_along_packet<K: TreeKernels>(
         &self,
         rays: &[Ray],

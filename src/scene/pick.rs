@@ -20,8 +20,8 @@ pub struct Pick {
 }
 
 impl Scene {
-    /// The first thing that the ray through the centre of pixel (x, y) meets, found by the arithmetic that renders; `None`
-    /// outside of the picture and where the background is seen.
+    /// The first thing that the ray through the centre of pixel (x, y) meets, found by the arithmetic that renders;
+    /// `None` outside of the picture and where the background is seen.
     pub fn pick(&self, x: u32, y: u32) -> Option<Pick> {
         if x >= self.width || y >= self.height {
             return None;

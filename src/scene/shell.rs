@@ -30,7 +30,8 @@ impl Shell {
 }
 
 impl Mesh {
-    /// Its parts that share no corner, found when they are first asked for. Corners in one place are one, whatever their normals are.
+    /// Its parts that share no corner, found when they are first asked for. Corners in one place are one, whatever
+    /// their normals are.
     pub fn shells(&self) -> &[Shell] {
         self.shells.get_or_init(|| {
             let mut numbers = HashMap::with_capacity(self.positions.len());

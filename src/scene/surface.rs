@@ -29,8 +29,8 @@ impl Facet {
         Self { point, point_error, normal, entering: ray.direction.dot(normal) < 0.0 }
     }
 
-    /// Of a ball. In world space, so that the point is on the sphere that later rays meet. `error_scale` and `reach`: the
-    /// object's.
+    /// Of a ball. In world space, so that the point is on the sphere that later rays meet. `error_scale` and `reach`:
+    /// the object's.
     #[inline(always)]
     pub(super) fn of_ball<K: Kernels>(
         ray: &Ray,
@@ -44,7 +44,8 @@ impl Facet {
     }
 }
 
-/// What of an object brings a surface from its space into the world. (Borrowed: copied, it took a third longer for one hit.)
+/// What of an object brings a surface from its space into the world. (Borrowed: copied, it took a third longer for one
+/// hit.)
 #[derive(Clone, Copy)]
 pub(super) struct Placement<'a> {
     pub map: &'a Affine,
@@ -84,8 +85,8 @@ impl<'a> Placement<'a> {
         }
     }
 
-    /// The shading normal and the start of shadow rays on a triangle that stands for a smooth surface: `corners` and their `normals` in
-    /// object space, weights `u` and `v` of the second and third corner.
+    /// The shading normal and the start of shadow rays on a triangle that stands for a smooth surface: `corners` and
+    /// their `normals` in object space, weights `u` and `v` of the second and third corner.
     #[inline(always)]
     pub fn smooth(
         &self,

@@ -1,6 +1,6 @@
-//! The surfaces where many rays end, side by side in arrays. Hits are sorted by what computes them: those with balls together, those with
-//! any other object by object. The functions are those that single hits take (`surface`) in loops that the compiler makes
-//! vector code of, so every surface gets the bits that it gets alone.
+//! The surfaces where many rays end, side by side in arrays. Hits are sorted by what computes them: those with balls
+//! together, those with any other object by object. The functions are those that single hits take (`surface`) in loops
+//! that the compiler makes vector code of, so every surface gets the bits that it gets alone.
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
@@ -26,8 +26,8 @@ const SLOTS: usize = MOST_SURFACES + WIDTH * GROUPS;
 /// Fewer than so many hits are computed one by one.
 const FEWEST: usize = 3;
 
-/// Rays that [`Scene::surfaces`] takes at most. With 1024, so that more rays run alike after many turns: 0.97 of the time on the field of
-/// glass, 1.0 to 1.06 elsewhere.
+/// Rays that [`Scene::surfaces`] takes at most. With 1024, so that more rays run alike after many turns: 0.97 of the
+/// time on the field of glass, 1.0 to 1.06 elsewhere.
 pub const MOST_SURFACES: usize = 256;
 
 /// Surfaces where rays end; room for [`Scene::surfaces`], which takes no memory once it is there.
@@ -54,8 +54,8 @@ struct Hits {
     u: [f64; SLOTS],
     v: [f64; SLOTS],
     primitive: [u32; SLOTS],
-    /// What differs from hit to hit of a group: centre, radius, scale of errors and reach of a ball; the point in object space and its
-    /// distance from the axis of a cone; three corners and their normals of a triangle.
+    /// What differs from hit to hit of a group: centre, radius, scale of errors and reach of a ball; the point in
+    /// object space and its distance from the axis of a cone; three corners and their normals of a triangle.
     shape: [[f64; SLOTS]; 18],
 }
 

@@ -64,7 +64,8 @@ fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
     if !uv.is_finite() {
         return Rgb::BLACK;
     }
-    // Texel (i, j) has its centre at (i + 1/2) / width. Wrapping happens per texel, so that no seam is filtered wrongly.
+    // Texel (i, j) has its centre at (i + 1/2) / width. Wrapping happens per texel, so that no seam is filtered
+    // wrongly.
     let place = |t: f64, n: u32| {
         // Whole periods carry no information; without them the arithmetic below is exact enough at any distance.
         let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { modulo_2(t) } * f64::from(n) - 0.5;

@@ -1,9 +1,9 @@
 //! How shadow rays pass bodies of glass, found together with everything else that is in their way.
 //!
-//! What gets past transparent surfaces is the product of their k_t, one after the other along the ray (see `shading::local`). A
-//! convex body that nothing else comes near is crossed on the way in and on the way out with no other surface between, and both
-//! change the medium. So where all bodies are such and of one k_t, it is enough to count. Rays that graze one or start in
-//! several bodies at once are left to be followed from surface to surface.
+//! What gets past transparent surfaces is the product of their k_t, one after the other along the ray (see
+//! `shading::local`). A convex body that nothing else comes near is crossed on the way in and on the way out with no
+//! other surface between, and both change the medium. So where all bodies are such and of one k_t, it is enough to
+//! count. Rays that graze one or start in several bodies at once are left to be followed from surface to surface.
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
 
@@ -216,8 +216,8 @@ impl Scene {
         if through { PASSES } else { GRAZES }
     }
 
-    /// If nothing comes near a body: how far in t other surfaces are looked for around a place where a ray crosses it, or more. Rays start
-    /// no farther away than `farthest`.
+    /// If nothing comes near a body: how far in t other surfaces are looked for around a place where a ray crosses it,
+    /// or more. Rays start no farther away than `farthest`.
     pub(super) fn slack_of(&self, body: u32, farthest: f64) -> Option<f64> {
         let object = &self.objects()[body as usize];
         // `shading::crossing::slack` where no cosine counts for less than 0.001.

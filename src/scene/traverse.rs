@@ -43,12 +43,13 @@ impl Object {
 }
 
 impl Scene {
-    /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see [`Hit::beats`]).
+    /// The closest hit of a world-space ray; of several in the same place that of the smallest object (see
+    /// [`Hit::beats`]).
     pub fn intersect<K: TreeKernels>(&self, ray: &Ray) -> Option<Hit> {
         let geometry = &*self.geometry;
         if self.is_simple() {
-            // One after the other, as packets do: of three objects in a chain of ties the order decides (see `Hit::beats`), and where
-            // the boxes of a tree may lose hits it would find something else.
+            // One after the other, as packets do: of three objects in a chain of ties the order decides (see
+            // `Hit::beats`), and where the boxes of a tree may lose hits it would find something else.
             let mut closest = Closest::<K>::new((self, None), ray);
             self.near(ray).fold(ray.t_max, |t_max, index| closest.test(index, t_max));
             return closest.best;
@@ -94,8 +95,8 @@ impl Scene {
         })
     }
 
-    /// Whether an opaque object is in the way of a ray. If not, `hits` gets the first hit with each object that may let light
-    /// through.
+    /// Whether an opaque object is in the way of a ray. If not, `hits` gets the first hit with each object that may let
+    /// light through.
     pub fn blocked<K: TreeKernels>(&self, ray: &Ray, hits: &mut Vec<Hit>) -> bool {
         hits.clear();
         let hits = std::cell::RefCell::new(hits);
@@ -121,8 +122,8 @@ impl Scene {
         });
     }
 
-    /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays that start behind one
-    /// of them start behind all of them, so a crossing has to deal with them together.
+    /// Hits of the ray with other objects that lie where `hit` does, to within `slack` in t: faces that touch. Rays
+    /// that start behind one of them start behind all of them, so a crossing has to deal with them together.
     pub fn coincident<K: TreeKernels>(&self, ray: &Ray, hit: &Hit, slack: f64, visit: impl FnMut(Hit)) {
         // Twice, because hits and boxes are where they are to within less than the slack.
         if 2.0 * slack * ray.direction.length() < self.geometry.clearances()[hit.object as usize].distance {

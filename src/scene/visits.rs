@@ -45,8 +45,8 @@ impl<'a, K: TreeKernels, const ANY: bool> LeafVisitor for Follow<'a, K, ANY> {
 }
 
 impl Scene {
-    /// Nodes opened and leaves tested, in the tree over the objects and in those of meshes, to find what a ray meets when it
-    /// is traced alone; with `any`, to find whether it meets anything. Planes are in no tree.
+    /// Nodes opened and leaves tested, in the tree over the objects and in those of meshes, to find what a ray meets
+    /// when it is traced alone; with `any`, to find whether it meets anything. Planes are in no tree.
     pub fn visits<K: TreeKernels>(&self, ray: &Ray, any: bool) -> u64 {
         if any { self.count::<K, true>(ray) } else { self.count::<K, false>(ray) }
     }

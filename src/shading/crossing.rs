@@ -15,8 +15,8 @@ pub(super) enum Crossing {
     Surface(f64),
 }
 
-/// What there is at a hit with a transparent body of this material, when all surfaces that touch there are taken together.
-/// `beyond`: the bodies before it, to become those behind it.
+/// What there is at a hit with a transparent body of this material, when all surfaces that touch there are taken
+/// together. `beyond`: the bodies before it, to become those behind it.
 pub(super) fn cross<K: TreeKernels>(
     scene: &Scene,
     ray: &Ray,
@@ -47,8 +47,8 @@ pub(super) fn cross<K: TreeKernels>(
     }
 }
 
-/// How far (in t) around a hit other surfaces are taken to touch it: rays that go on start up to this much behind it. `normal` and
-/// `point_error`: of the facet that is hit.
+/// How far (in t) around a hit other surfaces are taken to touch it: rays that go on start up to this much behind it.
+/// `normal` and `point_error`: of the facet that is hit.
 pub(super) fn slack(ray: &Ray, hit: &Hit, normal: DVec3, point_error: f64) -> f64 {
     // The rounding of t, far from the camera much more than that of the point.
     let of_t = hit.reach() - hit.t;

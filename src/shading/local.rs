@@ -1,10 +1,10 @@
 //! The light that surfaces send toward the viewer by themselves: ambient, diffuse and highlights.
 //!
-//! With an error to reach, no shadow ray is traced where what hangs on it is too little: weight of the path times all that the
-//! light can bring there. It is taken for half lit, which is wrong by half of that at most. Each sample may leave
-//! [`Scene::spare_light`] unasked in all, a light no more than half of what is left of it: so many lights together are
-//! wrong by no more than one, and small terms find room after large ones. Spent in the order of the sample's own ray tree, it
-//! depends on nothing else in the packet.
+//! With an error to reach, no shadow ray is traced where what hangs on it is too little: weight of the path times all
+//! that the light can bring there. It is taken for half lit, which is wrong by half of that at most. Each sample may
+//! leave [`Scene::spare_light`] unasked in all, a light no more than half of what is left of it: so many lights
+//! together are wrong by no more than one, and small terms find room after large ones. Spent in the order of the
+//! sample's own ray tree, it depends on nothing else in the packet.
 
 use super::crossing::{Crossing, cross, slack};
 use super::packet::{Beam, Level, Lighting, Path, Surface};
@@ -164,8 +164,8 @@ impl Lighting {
     }
 }
 
-/// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t. `hits`: the
-/// first with each object that may let light through; the others are not in the way.
+/// The part of the light that gets through to the end of a ray past transparent surfaces: the product of their k_t.
+/// `hits`: the first with each object that may let light through; the others are not in the way.
 #[inline(never)]
 fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumStack, hits: &mut Vec<Hit>) -> f64 {
     let mut part = 1.0;
@@ -191,8 +191,8 @@ fn transmittance<K: TreeKernels>(scene: &Scene, mut ray: Ray, mut media: MediumS
     part
 }
 
-/// The part of the light that gets through what a shadow ray meets, and whether that is the way into a body. The same ray goes on
-/// behind the hit: nothing is computed anew, so nothing is met twice or skipped.
+/// The part of the light that gets through what a shadow ray meets, and whether that is the way into a body. The same
+/// ray goes on behind the hit: nothing is computed anew, so nothing is met twice or skipped.
 fn pass<K: TreeKernels>(scene: &Scene, ray: &mut Ray, hit: &Hit, media: &mut MediumStack) -> (f64, bool) {
     let material = scene.material_of(hit.object, hit.primitive);
     if scene.materials[material as usize].transmit == 0.0 {

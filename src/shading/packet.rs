@@ -63,7 +63,8 @@ pub(super) struct Branches {
     paths: Vec<Path>,
     /// As in [`Level::media`].
     media: Vec<MediumStack>,
-    /// In which order they are taken: by octant, and at last those that meet nothing but the body that they are inside of.
+    /// In which order they are taken: by octant, and at last those that meet nothing but the body that they are inside
+    /// of.
     kinds: Vec<u8>,
     /// How many rays there are of each kind.
     counts: [usize; 9],
@@ -89,7 +90,8 @@ pub(super) struct Lighting {
     pub ways: Vec<Way>,
     /// With transparent objects along a shadow ray.
     pub glass: Vec<Hit>,
-    /// Light that was not asked for, by sample: what it would bring to the sample, were all lit. Empty if none is to be spared.
+    /// Light that was not asked for, by sample: what it would bring to the sample, were all lit. Empty if none is to be
+    /// spared.
     pub spent: Vec<f64>,
 }
 

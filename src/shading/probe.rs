@@ -38,8 +38,8 @@ pub enum Probe {
 /// How often a time is measured.
 const TRIALS: u32 = 3;
 
-/// A [`Sampler`] whose samples hold as radiance what the probe tells: in all channels, or three numbers. All of it is 0 where
-/// the ray of a probe that asks for a surface meets nothing. What renders stays free of all this.
+/// A [`Sampler`] whose samples hold as radiance what the probe tells: in all channels, or three numbers. All of it is 0
+/// where the ray of a probe that asks for a surface meets nothing. What renders stays free of all this.
 pub fn probe_sampler(scene: &Scene, probe: Probe) -> Sampler {
     match scene.render.numerics {
         Numerics::Classic => with::<Classic>(probe),

@@ -29,8 +29,8 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     }
 }
 
-/// The same for no more samples than there is room for their surfaces. Every ray sends on one of a kind at most, so that no
-/// packet that follows is larger than the first.
+/// The same for no more samples than there is room for their surfaces. Every ray sends on one of a kind at most, so
+/// that no packet that follows is larger than the first.
 fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scene: &Scene,
     points: &[DVec2],
@@ -98,8 +98,8 @@ struct Tracer<'a, R> {
 }
 
 impl<R: Recorder> Tracer<'_, R> {
-    /// What the rays of the first level see, which have been reflected and refracted `depth` times. The other levels are room
-    /// for what follows.
+    /// What the rays of the first level see, which have been reflected and refracted `depth` times. The other levels
+    /// are room for what follows.
     fn radiance<K: TreeKernels, const TERMS: u8>(&mut self, levels: &mut [Level], depth: u32) {
         let Some((level, deeper)) = levels.split_first_mut() else { return };
         // Each is written when its ray ends.
@@ -168,7 +168,8 @@ impl<R: Recorder> Tracer<'_, R> {
         }
     }
 
-    /// Finds out what is behind the transparent surfaces of a packet, and takes its rays past those that change nothing.
+    /// Finds out what is behind the transparent surfaces of a packet, and takes its rays past those that change
+    /// nothing.
     #[inline(never)]
     fn cross_glass<K: TreeKernels>(&mut self, level: &mut Level) {
         let scene = self.scene;
@@ -262,7 +263,8 @@ impl<R: Recorder> Tracer<'_, R> {
                 (interaction.shading_normal * interaction.side(), interaction.geometric_normal * interaction.side());
             let Split { normal, reflect: mirrored, transmit } =
                 split::<K>(material, ray, normal, facet, (outside, eta), interaction.entering);
-            // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without end.
+            // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without
+            // end.
             let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
             let path = |share: f64| Path { sample, parent: index, share, weight: weight * (share / gain) };
             let onward = path(mirrored);
@@ -293,8 +295,9 @@ impl<R: Recorder> Tracer<'_, R> {
     }
 }
 
-/// Takes a ray on to the surface that it ends on, past those that change nothing; `beyond` gets the media behind that, if light gets
-/// there. `ray`, `interaction` and `media` are brought to where the ray arrives. Whether there is such a surface.
+/// Takes a ray on to the surface that it ends on, past those that change nothing; `beyond` gets the media behind that,
+/// if light gets there. `ray`, `interaction` and `media` are brought to where the ray arrives. Whether there is such a
+/// surface.
 fn surface<K: TreeKernels, R: Recorder>(
     scene: &Scene,
     ray: &mut Ray,

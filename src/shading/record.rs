@@ -15,7 +15,8 @@ pub(super) trait Recorder {
     fn begin<K: TreeKernels>(&mut self, _scene: &Scene, _kind: RayKind, _level: &Level) {}
     /// A surface is passed that changes nothing.
     fn pass(&mut self, _scene: &Scene, _hit: &Hit) {}
-    /// A ray ends on a surface of this colour; `ambient` is the first of its terms, `beyond` what light comes to behind it.
+    /// A ray ends on a surface of this colour; `ambient` is the first of its terms, `beyond` what light comes to behind
+    /// it.
     fn meet(&mut self, _: &Scene, _: &SurfaceInteraction, _color: Rgb, _ambient: Rgb, _beyond: Option<&MediumStack>) {}
     /// How much of a light arrives is known.
     fn light<K: TreeKernels>(&mut self, _scene: &Scene, _light: usize, _lighting: &Lighting) {}

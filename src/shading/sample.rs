@@ -47,8 +47,8 @@ pub struct Sample {
     pub tree: u32,
     /// About the rays that it takes: one a path, and one a light wherever that meets a surface.
     pub cost: u32,
-    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing, and of what
-    /// lights may be wrong by that were not asked for: as weight of the largest radiance of the scene.
+    /// Sum of the weights of paths that were not followed, for their depth or because they weigh next to nothing, and
+    /// of what lights may be wrong by that were not asked for: as weight of the largest radiance of the scene.
     pub cut: f64,
     /// Whether a ray was inside of more transparent bodies at once than are kept track of.
     pub overfull: bool,

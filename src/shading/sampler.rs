@@ -13,8 +13,8 @@ use glam::DVec2;
 use std::sync::atomic::AtomicBool;
 
 /// Traces what the camera sees through points of the film, in pixels from its upper left corner, into as many samples.
-/// Counts the rays that it takes. What a sample is does not depend on what else is in the slice; some hundred points that
-/// are close together are traced quickest.
+/// Counts the rays that it takes. What a sample is does not depend on what else is in the slice; some hundred points
+/// that are close together are traced quickest.
 ///
 /// The flag ends it early: once it is set, no further packet of rays is traced, and what is returned means nothing.
 pub type Sampler<R = ()> = fn(&Scene, &[DVec2], &mut [Sample], &mut RayCounts, &mut Scratch<R>, &AtomicBool);
@@ -47,8 +47,8 @@ pub(super) fn recording_sampler<R: Recorder>(scene: &Scene) -> Sampler<R> {
     }
 }
 
-/// Traces the sample at a point of the film with the code that renders, and writes down its ray tree. `desc`: what the scene
-/// was compiled from, for the names.
+/// Traces the sample at a point of the film with the code that renders, and writes down its ray tree. `desc`: what the
+/// scene was compiled from, for the names.
 pub fn trace_tree(scene: &Scene, desc: &SceneDesc, point: DVec2) -> (Sample, RayTree) {
     let mut scratch = Scratch::with(TreeRecorder::new(desc));
     let (mut sample, mut counts, stop) = ([Sample::default()], RayCounts::default(), AtomicBool::new(false));
@@ -58,8 +58,9 @@ pub fn trace_tree(scene: &Scene, desc: &SceneDesc, point: DVec2) -> (Sample, Ray
 }
 
 /// Code without what the scene does not have: 1.08 times as fast without mirrors and glass, 1.01 to 1.03 without glass.
-/// Without textures it was no faster (0.96 to 1.04 of the time, meshes and sphereflake: noise); smooth normals, meshes and the other shapes are
-/// told apart once a packet (see `scene::Surfaces`), and lights are gone through once a packet, so nothing can be had there.
+/// Without textures it was no faster (0.96 to 1.04 of the time, meshes and sphereflake: noise); smooth normals, meshes
+/// and the other shapes are told apart once a packet (see `scene::Surfaces`), and lights are gone through once a
+/// packet, so nothing can be had there.
 fn for_scene<K: TreeKernels, R: Recorder>(scene: &Scene) -> Sampler<R> {
     match scene.render.shading {
         Shading::Whitted if scene.has_media() => trace::<K, { terms::WHITTED }, R>,

@@ -1,10 +1,10 @@
 //! What paths are taken to bring that are cut since they weigh little.
 //!
-//! Every surface of a ray tree shows light of its own l and sends on the part g = k_r + k_t of what comes from the next one. If
-//! the surfaces behind the cut are like those before it, on average, then l + g l + g^2 l + .. = l / (1 - g) comes back. So
-//! Hall and Greenberg's adaptive depth loses the difference from the average only, not all of the light. The estimate is a
-//! function of the sample's own ray tree, made when that is complete; and since it is never above the largest radiance of the
-//! scene, the weight of all that was cut times that bounds its error as well.
+//! Every surface of a ray tree shows light of its own l and sends on the part g = k_r + k_t of what comes from the next
+//! one. If the surfaces behind the cut are like those before it, on average, then l + g l + g^2 l + .. = l / (1 - g)
+//! comes back. So Hall and Greenberg's adaptive depth loses the difference from the average only, not all of the light.
+//! The estimate is a function of the sample's own ray tree, made when that is complete; and since it is never above the
+//! largest radiance of the scene, the weight of all that was cut times that bounds its error as well.
 
 use crate::math::Rgb;
 

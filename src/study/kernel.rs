@@ -81,8 +81,8 @@ struct Measured {
     wrong: Wrong,
 }
 
-/// Traces primary, shadow, mirrored and random rays of the scene with one thread, and builds the trees of its meshes again, in
-/// interleaved rounds after one that is not kept.
+/// Traces primary, shadow, mirrored and random rays of the scene with one thread, and builds the trees of its meshes
+/// again, in interleaved rounds after one that is not kept.
 pub fn kernel(
     desc: &SceneDesc,
     options: &KernelOptions,
@@ -217,8 +217,8 @@ fn compare(found: &Found, yardstick: &Found, set: &RaySet) -> Wrong {
     Wrong { other: other as f64 / rays, distance: Some(distance) }
 }
 
-/// About `count` primary rays in tiles of 8 x 8, and from where they end rays to the first light, mirrored and in random directions, in the
-/// same order.
+/// About `count` primary rays in tiles of 8 x 8, and from where they end rays to the first light, mirrored and in
+/// random directions, in the same order.
 fn ray_sets(scene: &Scene, count: usize) -> Vec<RaySet> {
     let (width, height) = (f64::from(scene.width), f64::from(scene.height));
     let tiles_across = ((count as f64 * width / height).sqrt() / 8.0).round().max(1.0) as usize;

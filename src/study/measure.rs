@@ -88,8 +88,8 @@ pub struct Stats {
 }
 
 impl Stats {
-    /// `None` of nothing, and of numbers that are not finite. Quantiles are interpolated linearly (Hyndman and Fan 1996,
-    /// type 7).
+    /// `None` of nothing, and of numbers that are not finite. Quantiles are interpolated linearly (Hyndman and Fan
+    /// 1996, type 7).
     pub fn of(numbers: &[f64]) -> Option<Self> {
         if numbers.is_empty() || !numbers.iter().all(|n| n.is_finite()) {
             return None;

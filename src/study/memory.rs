@@ -12,7 +12,8 @@ pub(super) fn held_and_peak() -> Option<(u64, u64)> {
     Some((field("VmRSS:")?, field("VmHWM:")?))
 }
 
-/// Lets the peak begin anew at what is held now (proc_pid_clear_refs(5)). Where that cannot be, peaks stay what they were.
+/// Lets the peak begin anew at what is held now (proc_pid_clear_refs(5)). Where that cannot be, peaks stay what they
+/// were.
 pub(super) fn forget_peak() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }

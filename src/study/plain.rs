@@ -12,8 +12,9 @@ use std::thread;
 /// Side of a tile.
 const TILE: u32 = 32;
 
-/// Traces all samples of every pixel in one pass over tiles that threads take from a counter. Nothing is told, nobody can pause it,
-/// no error is estimated. The picture is that of a uniform render, bit for bit; samples that are not finite are left out there, too.
+/// Traces all samples of every pixel in one pass over tiles that threads take from a counter. Nothing is told, nobody
+/// can pause it, no error is estimated. The picture is that of a uniform render, bit for bit; samples that are not
+/// finite are left out there, too.
 pub fn plain(scene: &Scene, threads: NonZeroUsize) -> Film {
     let tiles = Rect::spiral(scene.width, scene.height, TILE);
     let next = AtomicUsize::new(0);

@@ -34,7 +34,8 @@ pub(super) struct Reference {
 const PART: f64 = 0.1;
 
 /// The scene in `reference` numerics, with ray trees of this depth and so many samples that its own error is a tenth of
-/// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or the power of two up to `most` samples.
+/// that of the best of `probes`, the most accurate pictures of the study (of `samples` a pixel), or the power of two up
+/// to `most` samples.
 pub(super) fn reference(
     desc: &SceneDesc,
     base: &Scene,
@@ -110,12 +111,13 @@ impl fmt::Display for Part {
     }
 }
 
-/// The root mean square error of a picture, from the distance of those with a quarter and half of its samples, and that of the last from
-/// itself.
+/// The root mean square error of a picture, from the distance of those with a quarter and half of its samples, and that
+/// of the last from itself.
 ///
-/// With V(n) = c n^-p for the mean square of the error, and samples that do not know of the error of those before, the squares of these
-/// are V(n/4) - V(n/2) and V(n/2) - V(n), the first 2^p times the second. p is 1 for independent samples and larger for those
-/// that complement each other as those of a Sobol' sequence do; no more than 2 is believed.
+/// With V(n) = c n^-p for the mean square of the error, and samples that do not know of the error of those before, the
+/// squares of these are V(n/4) - V(n/2) and V(n/2) - V(n), the first 2^p times the second. p is 1 for independent
+/// samples and larger for those that complement each other as those of a Sobol' sequence do; no more than 2 is
+/// believed.
 fn own_error([quarter, half]: [f64; 2]) -> f64 {
     let falls = (quarter / half).powi(2);
     // Not a number where nothing changes.

@@ -1,5 +1,5 @@
-//! Every command with its keys: the one table that feeds dispatch, the help screen, the palette, the configuration file and
-//! the README.
+//! Every command with its keys: the one table that feeds dispatch, the help screen, the palette, the configuration file
+//! and the README.
 
 use super::command::{Action, Binding, Command, Motion, Scope};
 use super::key::{Code, Key};
@@ -444,8 +444,8 @@ mod tests {
         }
     }
 
-    /// Keys that hold everywhere must not do something else where a mode is open, unless they say what they do there: axes
-    /// by their letters, `v` for the view, and what leaves. Arrows and their letters move whatever is open.
+    /// Keys that hold everywhere must not do something else where a mode is open, unless they say what they do there:
+    /// axes by their letters, `v` for the view, and what leaves. Arrows and their letters move whatever is open.
     #[test]
     fn a_key_of_a_mode_does_not_mean_something_else_on_the_screen() {
         let moves = |command: Command| matches!(command, Turn(_) | TurnFar(_) | Step(_) | StepFar(_));

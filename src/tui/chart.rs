@@ -56,7 +56,8 @@ pub fn draw(app: &App, buffer: &mut Buffer) {
     };
     let log = |(time, error): (f64, f64)| (time.max(1e-3).log10(), error.max(1e-3).log10());
     let points: Vec<_> = numbers.error_history.iter().map(|point| log(*point)).collect();
-    // The crossing is where the clock says that the time left ends: a line from the last point to either end of the range.
+    // The crossing is where the clock says that the time left ends: a line from the last point to either end of the
+    // range.
     let last = points.last().copied().unwrap_or_default();
     let elapsed = numbers.elapsed.as_secs_f64();
     let forecast: Vec<_> = match (numbers.target, numbers.eta) {

@@ -100,8 +100,8 @@ impl Editor {
         sections(self.desc(), &self.selected())
     }
 
-    /// Makes a change as one step of undo. `gesture`: changes of one gesture and label are one step. Returns what the change
-    /// did and whether anything is different.
+    /// Makes a change as one step of undo. `gesture`: changes of one gesture and label are one step. Returns what the
+    /// change did and whether anything is different.
     pub fn edit<T>(
         &mut self,
         label: &str,

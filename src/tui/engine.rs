@@ -1,5 +1,5 @@
-//! The interface at work, but for terminal and disk: the state, the threads that compile and trace for it, and the times
-//! of its frames.
+//! The interface at work, but for terminal and disk: the state, the threads that compile and trace for it, and the
+//! times of its frames.
 
 use super::app::{Activity, App};
 use super::event::{Effect, Event};
@@ -92,8 +92,8 @@ impl Engine {
         }
     }
 
-    /// Waits for an event or the time of the next frame, or `at_most` until then, and takes in all that has come. What is
-    /// left to be done.
+    /// Waits for an event or the time of the next frame, or `at_most` until then, and takes in all that has come. What
+    /// is left to be done.
     pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
         let frame = self.not_before([self.frame_due, clock].into_iter().flatten().min());
@@ -200,7 +200,8 @@ impl Engine {
             return None;
         }
         (self.frame_due, self.held, self.last_frame) = (None, None, now);
-        // The picture that somebody waits for is painted by a processor of its own: the workers rest for these milliseconds.
+        // The picture that somebody waits for is painted by a processor of its own: the workers rest for these
+        // milliseconds.
         let resting =
             self.render.as_ref().filter(|_| self.app.is_awaited() && self.app.activity() == Activity::Rendering);
         resting.iter().for_each(|render| render.pause());

@@ -1,8 +1,8 @@
 //! How long the interface takes from a key to a whole new picture of what the key has changed.
 //!
-//! Measured by telling the interface keys as a terminal would, in the loop that it runs in with one, up to the screen as
-//! cells: what is sent after that is the terminal's and the network's time. The edits come while the picture before them
-//! is still refined, since that is how people edit.
+//! Measured by telling the interface keys as a terminal would, in the loop that it runs in with one, up to the screen
+//! as cells: what is sent after that is the terminal's and the network's time. The edits come while the picture before
+//! them is still refined, since that is how people edit.
 
 use super::Options;
 use super::app::{Activity, App};
@@ -92,7 +92,8 @@ pub struct Shown {
     pub bytes: usize,
 }
 
-/// Renders the scene to its end while the interface paints it and turns it into what a terminal is sent. `None` if the render fails.
+/// Renders the scene to its end while the interface paints it and turns it into what a terminal is sent. `None` if the
+/// render fails.
 pub fn show(options: Options, size: (u16, u16)) -> Result<Option<Shown>, CompileError> {
     let mut bench = Bench::start(options, size)?;
     let (mut screen, mut frames, mut bytes) = (Screen::default(), 0, 0);

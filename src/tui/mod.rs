@@ -8,9 +8,9 @@
 //!
 //! [`app`] is the state and does no input or output; [`view`] is the screen as a function of it. [`editor`] is what is
 //! edited, with its history; [`tree`] and [`properties`] show it, [`dialog`] holds the boxes over the screen.
-//! [`bindings`] is the one table of commands and keys, [`keymap`] that table as the user's own file changes it. [`writer`]
-//! sends what differs, at the pace that `pacer` learns from the terminal's answers; `errands` asks the disk. `engine`
-//! joins the state with its workers, `terminal` holds the modes, `session` ties all together.
+//! [`bindings`] is the one table of commands and keys, [`keymap`] that table as the user's own file changes it.
+//! [`writer`] sends what differs, at the pace that `pacer` learns from the terminal's answers; `errands` asks the disk.
+//! `engine` joins the state with its workers, `terminal` holds the modes, `session` ties all together.
 
 pub mod app;
 pub mod bindings;

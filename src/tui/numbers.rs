@@ -32,7 +32,8 @@ pub struct Numbers {
     pub error: Option<f64>,
     /// The error that ends the render.
     pub target: Option<f64>,
-    /// What rays that were not followed can change at most, mean over the pixels, as a part of white; `None` if nothing bounds it.
+    /// What rays that were not followed can change at most, mean over the pixels, as a part of white; `None` if nothing
+    /// bounds it.
     pub cut: Option<f64>,
     /// Time in seconds and estimated error.
     pub error_history: Vec<(f64, f64)>,

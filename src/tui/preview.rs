@@ -171,8 +171,8 @@ impl Preview {
         self.lay_out();
     }
 
-    /// The film pixel in the middle of the preview pixel (x, y) of the area, two rows of which are a row of cells; `None`
-    /// beside the picture.
+    /// The film pixel in the middle of the preview pixel (x, y) of the area, two rows of which are a row of cells;
+    /// `None` beside the picture.
     pub fn film_pixel(&self, x: usize, y: usize) -> Option<(u32, u32)> {
         let middle = |axis: &Axis, at: usize| {
             let footprint = axis.boxes.get(at.checked_sub(axis.margin)?)?;

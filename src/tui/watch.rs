@@ -10,8 +10,8 @@ use std::time::Duration;
 /// system, those of networks too, which announce nothing.
 pub const INTERVAL: Duration = Duration::from_millis(500);
 
-/// Watches the files that come through the channel, always those that came last, and tells which of them have changed. Ends when
-/// the channel is closed or `tell` gives false: nobody listens any more.
+/// Watches the files that come through the channel, always those that came last, and tells which of them have changed.
+/// Ends when the channel is closed or `tell` gives false: nobody listens any more.
 pub fn watch(files: &Receiver<BTreeSet<PathBuf>>, interval: Duration, mut tell: impl FnMut(Vec<PathBuf>) -> bool) {
     let mut prints = Fingerprints::default();
     loop {

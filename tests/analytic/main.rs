@@ -12,6 +12,6 @@ mod slab;
 mod surface;
 mod texture;
 
-/// What a picture may lack where weights run down: paths of less than 2^-20 are not followed, and of such a path at most
-/// the double is missing here.
+/// What a picture may lack where weights run down: paths of less than 2^-20 are not followed, and of such a path at
+/// most the double is missing here.
 const UNSPENT: f64 = 2.0 / 1_048_576.0;

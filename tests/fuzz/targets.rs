@@ -1,5 +1,6 @@
-//! What is fuzzed: one function a kind of file, which must neither panic nor hang nor break what it promises, whatever the
-//! bytes. `tests/mutation.rs` runs them on stable Rust in every test run, `tests/fuzz/fuzz_targets` under cargo-fuzz.
+//! What is fuzzed: one function a kind of file, which must neither panic nor hang nor break what it promises, whatever
+//! the bytes. `tests/mutation.rs` runs them on stable Rust in every test run, `tests/fuzz/fuzz_targets` under
+//! cargo-fuzz.
 
 use glimt::assets::{load_image, load_obj};
 use glimt::description::{LightDesc, Numerics, ObjectDesc, SceneDesc, ShapeDesc, parse};

@@ -1,9 +1,10 @@
 //! glimt's triangle kernels as a contestant of an interleaved comparison: builds a tree over a mesh once, then answers
 //! `trace RAYS MODE DUMP` on stdin with `OK nanoseconds rays hits sum-of-t`, in CPU time of this thread.
 //!
-//! Arguments: instruction set (or `best`), threads for the build, mesh file. Modes: `robust`, `robust-packets`, `fast`, `fast-packets`, `reference`.
-//! Files: a mesh is "KMSH", counts of vertices and triangles and a pad as u32, then f32 positions and u32 indices; rays are
-//! "KRAY", count, kind (1: any hit), pad, then eight f32 a ray: origin, t_min, direction, t_max.
+//! Arguments: instruction set (or `best`), threads for the build, mesh file. Modes: `robust`, `robust-packets`, `fast`,
+//! `fast-packets`, `reference`. Files: a mesh is "KMSH", counts of vertices and triangles and a pad as u32, then f32
+//! positions and u32 indices; rays are "KRAY", count, kind (1: any hit), pad, then eight f32 a ray: origin, t_min,
+//! direction, t_max.
 
 use glam::{DVec3, Vec3};
 use glimt::bvh::{Isa, PACKET, PacketRoom, Rays, TreeKernels, TriangleHit, Triangles};
@@ -29,13 +30,14 @@ fn read_mesh(file: &str) -> Vec<[Vec3; 3]> {
     indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|w| positions[u32::from_le_bytes(w) as usize])).collect()
 }
 
-/// Rays of a packet as f32, number by number as they stand in the file; laid out before time is taken, as Embree's are, and widened after.
+/// Rays of a packet as f32, number by number as they stand in the file; laid out before time is taken, as Embree's are,
+/// and widened after.
 #[derive(Clone)]
 #[repr(align(64))]
 struct Rows([[f32; PACKET]; 8]);
 
-/// Those, and how many there are. (Not with them in memory, behind the last of them: it is read first, and waiting for it took an eighth of the
-/// time.)
+/// Those, and how many there are. (Not with them in memory, behind the last of them: it is read first, and waiting for
+/// it took an eighth of the time.)
 struct Sheaf<'a>(&'a Rows, usize);
 
 impl Rays for Sheaf<'_> {

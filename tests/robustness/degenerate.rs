@@ -8,8 +8,8 @@ use glimt::math::Rgb;
 
 #[test]
 fn a_picture_of_one_column_or_one_row_is_that_line_of_a_larger_one() {
-    // The field of view is that of the height: a column of width 1 is the middle of one of width 7, ray by ray. A row is the
-    // middle one of three under three times the view height, up to the rounding of rays.
+    // The field of view is that of the height: a column of width 1 is the middle of one of width 7, ray by ray. A row
+    // is the middle one of three under three times the view height, up to the rounding of rays.
     let mut d = mixed(1.0, DVec3::ZERO);
     (d.film.width, d.film.height) = (7, 40);
     let wide = render(&d);
@@ -29,8 +29,9 @@ fn a_picture_of_one_column_or_one_row_is_that_line_of_a_larger_one() {
 
 #[test]
 fn a_smooth_convex_mirror_of_any_size_reflects_nothing_of_itself_and_never_below_its_facets() {
-    // Under a white sky each pixel of a mirror of k_r = 1/2 is exactly 1/2; a ray sent below a facet would meet the body again
-    // and bring 1/4. The normals are interpolated over facets of up to 45 degrees, and the eye sees them up to the rim.
+    // Under a white sky each pixel of a mirror of k_r = 1/2 is exactly 1/2; a ray sent below a facet would meet the
+    // body again and bring 1/4. The normals are interpolated over facets of up to 45 degrees, and the eye sees them up
+    // to the rim.
     for (name, obj) in [("smooth-mirror-coarse", octahedron_obj()), ("smooth-mirror-fine", ball_obj(8))] {
         let file = model_file(name, &obj);
         for size in [1e-6, 1.0, 1e6] {
@@ -52,8 +53,8 @@ fn a_smooth_convex_mirror_of_any_size_reflects_nothing_of_itself_and_never_below
 
 #[test]
 fn a_mesh_with_every_face_twice_is_the_mesh() {
-    // Doubled in the file, and doubled as an object in the same place: of opaque ones the first is seen, and bodies of glass
-    // that hold each other are crossed together.
+    // Doubled in the file, and doubled as an object in the same place: of opaque ones the first is seen, and bodies of
+    // glass that hold each other are crossed together.
     let single = model_file("faces-once", &octahedron_obj());
     let faces: String =
         octahedron_obj().lines().filter(|line| line.starts_with('f')).map(|l| format!("{l}\n")).collect();
@@ -81,8 +82,8 @@ fn a_mesh_with_every_face_twice_is_the_mesh() {
 
 #[test]
 fn a_closed_body_of_slivers_has_no_hole() {
-    // Two flat pyramids of a thousand triangles each, base to base, 300 to 30,000 times as long as wide or high, looked at from
-    // inside: no sky shows.
+    // Two flat pyramids of a thousand triangles each, base to base, 300 to 30,000 times as long as wide or high, looked
+    // at from inside: no sky shows.
     for height in [1.0, 1e-2, 1e-4] {
         let count = 1000;
         let mut text = format!("v 0 {height} 0\nv 0 -{height} 0\n");

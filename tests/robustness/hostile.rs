@@ -165,8 +165,8 @@ fn rays_parallel_to_a_plane_never_meet_it() {
 
 #[test]
 fn an_opaque_face_that_lies_on_a_glass_one_keeps_the_light_out() {
-    // Under filtered shadows: a glass block stands on an opaque table, the eye looks at the floor below. Whichever of the
-    // two comes first in the file, no light may pass where they touch.
+    // Under filtered shadows: a glass block stands on an opaque table, the eye looks at the floor below. Whichever of
+    // the two comes first in the file, no light may pass where they touch.
     for glass_first in [true, false] {
         let mut d = desc(40, 40, orthographic(v(0.0, -0.5, 0.0), v(0.0, -2.0, 0.0), DVec3::Z, 1.0));
         d.render.shadows = Shadows::Filtered;
@@ -197,7 +197,8 @@ fn filtered_shadows_take_their_part_at_every_surface_touching_ones_too() {
 
 #[test]
 fn faces_that_coincide_up_to_rounding_show_one_of_them_without_specks() {
-    // Row 14. A rug on a floor, a picture on a wall: the same plane by different arithmetic. The first in the file is seen.
+    // Row 14. A rug on a floor, a picture on a wall: the same plane by different arithmetic. The first in the file is
+    // seen.
     for (size, rotate) in [(1.7, v(0.0, 20.0, 0.0)), (2.3, v(33.0, 20.0, 71.0)), (0.9, v(90.0, 0.0, 12.0))] {
         let mut d = desc(90, 70, perspective(v(1.0, 2.0, 4.0), DVec3::ZERO, DVec3::Y, 45.0));
         d.materials = vec![flat("floor", Rgb::new(0.1, 0.2, 0.8)), flat("rug", Rgb::new(0.8, 0.2, 0.1))];

@@ -117,7 +117,8 @@ fn total_internal_reflection_and_fractional_highlights_give_no_nan() {
 #[test]
 fn an_orthographic_camera_may_start_its_rays_inside_and_outside_of_glass() {
     // Each ray has its own start: half of them begin inside of a ball of index 1.5 and leave it by Snell's law, half
-    // begin outside. At impact parameter b, inside from the equator plane on: sin(t) = n b, beyond 1/n total reflection.
+    // begin outside. At impact parameter b, inside from the equator plane on: sin(t) = n b, beyond 1/n total
+    // reflection.
     let mut d = desc(81, 61, orthographic(DVec3::ZERO, DVec3::NEG_Y, DVec3::NEG_Z, 2.4));
     d.world.background = SKY;
     d.render.max_depth = 1;
@@ -159,8 +160,8 @@ fn a_pane_of_glass_fifty_million_times_as_wide_as_thick_still_has_two_sides() {
 
 #[test]
 fn blocks_that_touch_are_one_block_from_a_million_sizes_away() {
-    // At that distance t is rounded to 1e-10: the faces that touch, turned so that no number of them is exact, are met at
-    // any side of each other. One block of glass, and the same in halves.
+    // At that distance t is rounded to 1e-10: the faces that touch, turned so that no number of them is exact, are met
+    // at any side of each other. One block of glass, and the same in halves.
     for distance in [1e2, 1e4, 1e6] {
         let rotate = v(25.0, 37.0, 11.0);
         let across = glam::DQuat::from_rotation_z(rotate.z.to_radians())
@@ -194,8 +195,8 @@ fn overfull(d: &SceneDesc) -> u64 {
 
 #[test]
 fn bodies_beyond_the_eighth_around_a_ray_are_counted() {
-    // Balls in balls, all of the world's index, so that no ray is bent: the ninth is entered by the rays that pass the middle
-    // within its radius.
+    // Balls in balls, all of the world's index, so that no ray is bent: the ninth is entered by the rays that pass the
+    // middle within its radius.
     let mut d = desc(41, 31, orthographic(v(0.0, 0.0, 9.0), DVec3::ZERO, DVec3::Y, 4.2));
     d.world.background = SKY;
     d.render.max_depth = 40;
@@ -237,9 +238,10 @@ fn bodies_beyond_the_eighth_around_a_ray_are_counted() {
 
 #[test]
 fn light_out_of_water_under_air_in_a_tumbler_loses_the_part_of_the_water_and_no_more() {
-    // The tumbler of scenes/lighting/media.toml: the top of the water and the bottom of the air are one face up to rounding
-    // (0.525 + 0.85 / 2 and 1.2 - 0.5 / 2), both inside of a body of glass that they outrank. Light from above crosses that
-    // face and no other that counts. In f32 either body may come first, and half of the rays then lose nothing.
+    // The tumbler of scenes/lighting/media.toml: the top of the water and the bottom of the air are one face up to
+    // rounding (0.525 + 0.85 / 2 and 1.2 - 0.5 / 2), both inside of a body of glass that they outrank. Light from above
+    // crosses that face and no other that counts. In f32 either body may come first, and half of the rays then lose
+    // nothing.
     for numerics in [Numerics::Robust, Numerics::Reference] {
         for (turn, lean) in [(0.0, v(0.0, 1.0, 0.0)), (33.0, v(0.1, 1.0, -0.05)), (71.0, v(-0.1, 1.0, 0.13))] {
             let mut d = desc(40, 40, orthographic(v(0.0, 0.5, 0.0), v(0.0, 0.4, 0.0), DVec3::NEG_Z, 0.2));

@@ -46,8 +46,9 @@ fn convex_bodies_of_any_size_show_no_acne() {
 
 #[test]
 fn contacts_keep_their_shadow_down_to_a_millionth_of_the_size() {
-    // A ball over a floor at a gap of 1e-6 of its radius, lit from straight above: the floor under it is dark, seen from
-    // below through nothing at all (the floor is a thin quad seen from its lit side at a slant that reaches under).
+    // A ball over a floor at a gap of 1e-6 of its radius, lit from straight above: the floor under it is dark, seen
+    // from below through nothing at all (the floor is a thin quad seen from its lit side at a slant that reaches
+    // under).
     for size in [1e-3, 1.0, 1e3] {
         for gap in [1e-6, 1e-4, 1e-2] {
             // Looking along the floor from very near the contact.
@@ -116,7 +117,8 @@ fn a_huge_ball_is_as_good_a_floor_as_a_plane() {
 
 #[test]
 fn a_convex_mirror_of_any_size_never_reflects_itself() {
-    // Row 15. Under a white sky each pixel of a mirror of k_r = 1/2 is exactly 1/2; a second reflection would make it 1/4.
+    // Row 15. Under a white sky each pixel of a mirror of k_r = 1/2 is exactly 1/2; a second reflection would make it
+    // 1/4.
     let file = model_file("mirror-convex", &octahedron_obj());
     let shapes = [
         ShapeDesc::Sphere { radius: 1.0 },
@@ -248,9 +250,9 @@ fn unit(rng: &mut SplitMix64) -> DVec3 {
 
 #[test]
 fn over_all_sizes_and_distances_rays_leave_their_surface_and_meet_what_stands_a_millionth_of_the_size_away() {
-    // S10. Bodies of size 1e-3 to 1e6, the eye at 5 to 1e5 sizes, the light at 1e-2 to 1e4 sizes, all of it up to 1e5 sizes
-    // from the origin. Outside of a convex body no shadow ray or mirrored ray meets the body itself; and a shell around the
-    // body at a gap of 1e-6 to 1e-1 sizes stops every ray that goes farther.
+    // S10. Bodies of size 1e-3 to 1e6, the eye at 5 to 1e5 sizes, the light at 1e-2 to 1e4 sizes, all of it up to 1e5
+    // sizes from the origin. Outside of a convex body no shadow ray or mirrored ray meets the body itself; and a shell
+    // around the body at a gap of 1e-6 to 1e-1 sizes stops every ray that goes farther.
     let file = model_file("cells", &ball_obj(8));
     let (mut rng, mut checked) = (SplitMix64(10), 0);
     let shapes = [

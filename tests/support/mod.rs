@@ -379,8 +379,8 @@ pub fn assert_image(
     excluded
 }
 
-/// `assert_image` on the film, which is f32, and then on the radiance at every pixel's centre in f64, which is asked to be
-/// within `limit` (relative above 1, absolute below).
+/// `assert_image` on the film, which is f32, and then on the radiance at every pixel's centre in f64, which is asked to
+/// be within `limit` (relative above 1, absolute below).
 pub fn assert_exact(
     name: &str,
     desc: &SceneDesc,

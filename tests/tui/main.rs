@@ -149,8 +149,8 @@ fn space_pauses_and_goes_on() {
     assert_eq!(stage.app.activity(), Activity::Rendering);
 }
 
-/// Keys come every 40 ms, and the first pass of each render takes so long: however slow the scene, whole pictures are seen
-/// while the key is held, and in the end that of the last edit.
+/// Keys come every 40 ms, and the first pass of each render takes so long: however slow the scene, whole pictures are
+/// seen while the key is held, and in the end that of the last edit.
 #[test]
 fn between_the_edits_of_a_held_key_whole_pictures_are_shown() {
     for pass in [5, 90, 700, 5000].map(Duration::from_millis) {

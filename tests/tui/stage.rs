@@ -97,8 +97,8 @@ impl Stage {
         self.app.editor().selected().iter().map(|target| target.label(self.desc())).collect()
     }
 
-    /// What the loop does after a batch of events, when it has waited for the picture before; whether there was something
-    /// to compile.
+    /// What the loop does after a batch of events, when it has waited for the picture before; whether there was
+    /// something to compile.
     pub fn compile(&mut self) -> bool {
         self.app.refresh(self.now);
         self.compile_at(self.now + Duration::from_secs(3600))

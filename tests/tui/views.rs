@@ -144,7 +144,8 @@ fn samples_errors_and_losses_are_shown_as_the_render_tells_them() {
         stats: TileStats { non_finite: 1, overfull: 2, ..TileStats::default() },
         pass: Pass::sequence(4)[0],
     }));
-    // The panel tells how many samples were lost and how to see why, and how many were in more glass than is kept track of.
+    // The panel tells how many samples were lost and how to see why, and how many were in more glass than is kept track
+    // of.
     stage.now += std::time::Duration::from_secs(1);
     let text: String = stage.text().split_whitespace().collect::<Vec<_>>().join(" ");
     for told in ["1 not finite: glimt explain --pixel 0,0 --size", "robust --shading whitted", "2 overfull"] {

@@ -32,9 +32,9 @@ impl<E: Wide> Beam<E> {
                 return None;
             }
             rows[axis] = 2 * axis + usize::from(negative);
-            // Three roundings of the origin and its difference to a plane, the visitor's slack, and what `Slabs` pad for components that
-            // are almost zero: these move a ray by 2^-40 of its way along the other axes. What else is rounded is relative to t and made up
-            // for below.
+            // Three roundings of the origin and its difference to a plane, the visitor's slack, and what `Slabs` pad
+            // for components that are almost zero: these move a ray by 2^-40 of its way along the other axes. What else
+            // is rounded is relative to t and made up for below.
             let [low, high] = ends.origin[axis];
             let pad = (farthest + extent) * 2f64.powi(-19);
             let (low, high) = ((low - pad) as f32, (high + pad) as f32);
@@ -48,8 +48,8 @@ impl<E: Wide> Beam<E> {
         Some(beam)
     }
 
-    /// Which children any ray may meet, a bit each, lower bounds of where they are entered, and which of them all rays meet unless they end
-    /// before.
+    /// Which children any ray may meet, a bit each, lower bounds of where they are entered, and which of them all rays
+    /// meet unless they end before.
     #[inline(always)]
     pub(super) fn entries(&self, e: E, planes: &[[f32; 8]; 6]) -> (u32, E::V, u32) {
         let [r0, r1] = &self.reciprocal;

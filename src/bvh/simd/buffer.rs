@@ -7,8 +7,8 @@ use std::num::NonZeroUsize;
 /// Elements that one thread makes at a time.
 const PIECE: usize = 1 << 12;
 
-/// `element(0), element(1), ..` up to `len`, made by many threads. Memory is touched first by the thread that fills it: at a million
-/// triangles, clearing it beforehand in one thread would take a tenth of the build.
+/// `element(0), element(1), ..` up to `len`, made by many threads. Memory is touched first by the thread that fills it:
+/// at a million triangles, clearing it beforehand in one thread would take a tenth of the build.
 pub fn filled<T: Send>(len: usize, threads: NonZeroUsize, element: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let mut buffer: Box<[MaybeUninit<T>]> = Box::new_uninit_slice(len);
     let pieces = buffer.chunks_mut(PIECE).enumerate().collect();
@@ -17,8 +17,8 @@ pub fn filled<T: Send>(len: usize, threads: NonZeroUsize, element: impl Fn(usize
             place.write(element(index));
         }
     });
-    // SAFETY: the pieces are the whole buffer, `map` has gone through all of them (or panicked, which does not come here), and
-    // each has been written from its first to its last place.
+    // SAFETY: the pieces are the whole buffer, `map` has gone through all of them (or panicked, which does not come
+    // here), and each has been written from its first to its last place.
     unsafe { buffer.assume_init() }.into_vec()
 }
 

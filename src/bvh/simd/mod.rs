@@ -1,9 +1,10 @@
-//! The only place with unsafe code: vectors of eight and sixteen f32 and the traversal that is compiled for each instruction set.
+//! The only place with unsafe code: vectors of eight and sixteen f32 and the traversal that is compiled for each
+//! instruction set.
 //!
-//! [`Lanes`] is what an instruction set must offer; `portable` does it with arrays (and is the scalar twin that all others
-//! are tested against), `x86` with intrinsics. The kernels are generic over it and inline completely into one entry point
-//! an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the feature and
-//! run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
+//! [`Lanes`] is what an instruction set must offer; `portable` does it with arrays (and is the scalar twin that all
+//! others are tested against), `x86` with intrinsics. The kernels are generic over it and inline completely into one
+//! entry point an instruction set, which carries the `target_feature`. A helper that stayed out of line would lose the
+//! feature and run five times slower (kernels.md, lesson 14): everything on the way is `#[inline(always)]`.
 
 mod beam;
 mod bins;
@@ -54,8 +55,8 @@ impl Isa {
     /// All of them, the plainest first.
     pub const ALL: [Isa; 3] = [Isa::Portable, Isa::Avx2, Isa::Avx512];
 
-    /// The one that traces fastest on this processor. Packets and loops over rays are written for sixteen lanes; single rays take
-    /// the code of AVX2 also where there is AVX-512 (see [`Bvh::traverse`](crate::bvh::Bvh::traverse)).
+    /// The one that traces fastest on this processor. Packets and loops over rays are written for sixteen lanes; single
+    /// rays take the code of AVX2 also where there is AVX-512 (see [`Bvh::traverse`](crate::bvh::Bvh::traverse)).
     pub fn best() -> Self {
         Isa::ALL.into_iter().rev().find(|isa| isa.is_available()).unwrap_or(Isa::Portable)
     }
@@ -97,7 +98,8 @@ impl Isa {
     }
 }
 
-/// Names are those of [`Isa::name`], and `sse2` for what `portable` is on x86-64. Only what this processor has is accepted.
+/// Names are those of [`Isa::name`], and `sse2` for what `portable` is on x86-64. Only what this processor has is
+/// accepted.
 impl FromStr for Isa {
     type Err = IsaError;
 
@@ -133,8 +135,8 @@ impl fmt::Display for IsaError {
 
 impl std::error::Error for IsaError {}
 
-/// Eight f32 lanes. A value of the implementing type is the proof that the processor has the instructions. Comparisons are
-/// false for NaN.
+/// Eight f32 lanes. A value of the implementing type is the proof that the processor has the instructions. Comparisons
+/// are false for NaN.
 pub trait Lanes: Copy {
     /// Eight f32.
     type V: Copy;

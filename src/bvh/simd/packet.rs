@@ -1,13 +1,14 @@
 //! Front-to-back traversal of rays that run alike: they share the nodes and, where many reach a leaf, the triangles
 //! (kernels.md, lesson 4).
 //!
-//! One test with intervals that hold all origins and directions finds the children that any ray may meet, eight at once; each
-//! of those few is then tested against as many rays at a time as there are lanes. A subtree that few rays reach is finished ray by ray.
-//! Packets of 256 rays in room that is kept take 0.84 to 0.90 of the time of packets of 64 whose room was cleared for each (blobs100k and
-//! interior, P and S, both presets).
+//! One test with intervals that hold all origins and directions finds the children that any ray may meet, eight at
+//! once; each of those few is then tested against as many rays at a time as there are lanes. A subtree that few rays
+//! reach is finished ray by ray. Packets of 256 rays in room that is kept take 0.84 to 0.90 of the time of packets of
+//! 64 whose room was cleared for each (blobs100k and interior, P and S, both presets).
 //!
-//! Rays of several octants are traced octant by octant: 12 to 37 % where rays end at a light or come from a mirror (interior and blobs100k S,
-//! R). How far apart directions are does not matter then: with a limit mirrored rays took 1.1 to 1.4 times as long.
+//! Rays of several octants are traced octant by octant: 12 to 37 % where rays end at a light or come from a mirror
+//! (interior and blobs100k S, R). How far apart directions are does not matter then: with a limit mirrored rays took
+//! 1.1 to 1.4 times as long.
 
 use super::beam::Beam;
 use super::rays::{Ends, RayRows, Rays, Room, Take};
@@ -27,8 +28,8 @@ pub const PACKET: usize = 256;
 /// Subtrees that no more rays reach are finished ray by ray. 6 to 16 are alike (interior, blobs100k, blobs1M).
 const FEW: u32 = 8;
 
-/// In trees of more blocks children are fetched when they are put on the stack: 7 to 11 % (P and S of blobs1M, both presets).
-/// In smaller ones, which stay in the caches, that cost 2 % (interior S).
+/// In trees of more blocks children are fetched when they are put on the stack: 7 to 11 % (P and S of blobs1M, both
+/// presets). In smaller ones, which stay in the caches, that cost 2 % (interior S).
 const LARGE: usize = 1 << 14;
 
 /// What is done with the leaves on the way of a packet.
@@ -48,7 +49,8 @@ pub trait PacketVisitor: Sized {
     /// Fewer rays are not worth a packet.
     const LEAST: u32;
 
-    /// How far a hit may lie outside of the triangle's box, in units of 2^-24 times the largest coordinate of tree and origin.
+    /// How far a hit may lie outside of the triangle's box, in units of 2^-24 times the largest coordinate of tree and
+    /// origin.
     const SLACK: f32;
 
     /// Whether a ray can be taken at all. If not, [`PacketVisitor::take`] refuses it, and those that are with it.
@@ -68,11 +70,12 @@ pub trait PacketVisitor: Sized {
     #[inline(always)]
     fn begin(&mut self, _room: &mut Room<Self::Rows>, _rays: &mut RaySet) {}
 
-    /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several rays.
+    /// Which slots of a block the rays of a beam may meet, a bit each. Called before a block is visited by several
+    /// rays.
     fn cull<E: Wide>(&mut self, eight: E, beam: &Beam<E>, block: u32) -> u32;
 
-    /// Tests some slots of a block against some rays of some groups, as many rays at a time as there are lanes. Lowers limits, and takes
-    /// rays that it ends from `rays`.
+    /// Tests some slots of a block against some rays of some groups, as many rays at a time as there are lanes. Lowers
+    /// limits, and takes rays that it ends from `rays`.
     fn visit_across<W: Wide>(
         &mut self,
         wide: W,
@@ -97,8 +100,9 @@ pub trait PacketVisitor: Sized {
 }
 
 impl Bvh {
-    /// Traces up to [`PACKET`] rays, those together that run alike, and hands to `found` the number of each and what the visitor has
-    /// found for it. Returns the rays that are left: those that no others run like, or that can not be taken.
+    /// Traces up to [`PACKET`] rays, those together that run alike, and hands to `found` the number of each and what
+    /// the visitor has found for it. Returns the rays that are left: those that no others run like, or that can not be
+    /// taken.
     #[inline]
     pub fn traverse_packet<V: PacketVisitor, S: Rays + ?Sized>(
         &self,
@@ -112,7 +116,8 @@ impl Bvh {
         }
         match self.isa {
             Isa::Portable => sort::<_, _, V, S>(Portable, Portable, self, rays, source, room, found),
-            // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
+            // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build`
+            // checks).
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2 => unsafe { packet_avx2::<V, S>(self, rays, source, room, found) },
             // SAFETY: as above.
@@ -156,7 +161,8 @@ unsafe fn packet_avx512<V: PacketVisitor, S: Rays + ?Sized>(
     sort::<_, _, V, S>(eight, wide, tree, rays, source, room, found)
 }
 
-/// A child that waits (with its rays: kept elsewhere, level by level, and never copied, they took 2 to 5 % more time), with a lower bound of where the rays that reach it enter.
+/// A child that waits (with its rays: kept elsewhere, level by level, and never copied, they took 2 to 5 % more time),
+/// with a lower bound of where the rays that reach it enter.
 #[derive(Clone, Copy)]
 struct Waiting {
     child: Child,
@@ -345,8 +351,8 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor, S: Rays + ?Sized>(
             let new = Waiting { child, distance: entries[k], rays: reached[k], groups: in_groups[k] };
             let mut at = top;
             debug_assert!(top < STACK);
-            // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below `top` have been
-            // written. Nearest on top.
+            // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below
+            // `top` have been written. Nearest on top.
             unsafe {
                 while !V::ANY_HIT
                     && at > bottom
@@ -424,8 +430,8 @@ fn walk<E: Wide, V: PacketVisitor>(
             let new = keyed(distances[k], node.children[k]);
             let mut at = top;
             debug_assert!(top < STACK);
-            // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below `top` have been
-            // written.
+            // SAFETY: at most eight entries a level in place of one, MAX_DEPTH levels (`Bvh::validate`); entries below
+            // `top` have been written.
             unsafe {
                 while !V::ANY_HIT && at > bottom && stack.get_unchecked(at - 1).assume_init() < new {
                     let moved = *stack.get_unchecked(at - 1);

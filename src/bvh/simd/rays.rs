@@ -27,8 +27,8 @@ impl Doubles {
     }
 }
 
-/// Rays that are told one by one. Packets take them in as they come, so that whoever makes them (by widening or transforming others) does not
-/// lay them out in memory first: that took 7 of 24 ns a ray of f32 (interior P).
+/// Rays that are told one by one. Packets take them in as they come, so that whoever makes them (by widening or
+/// transforming others) does not lay them out in memory first: that took 7 of 24 ns a ray of f32 (interior P).
 pub trait Rays {
     /// Whether each of their numbers lies side by side in memory, and not ray by ray.
     const IN_ROWS: bool;
@@ -107,8 +107,8 @@ impl ExactRays {
     }
 }
 
-/// Room for a packet while it is traced, and `R` for what a visitor keeps of each ray. It is not made anew for each packet: clearing it took
-/// a fifth of the time of shadow rays.
+/// Room for a packet while it is traced, and `R` for what a visitor keeps of each ray. It is not made anew for each
+/// packet: clearing it took a fifth of the time of shadow rays.
 #[derive(Debug, Default)]
 pub struct Room<R> {
     /// The rays, rounded.
@@ -134,11 +134,12 @@ impl<'a, S: Rays + ?Sized, R: RayRows> Take<'a, S, R> {
     }
 }
 
-/// A task, since the loops over all rays become vector code only where what is read and what is written are known not to overlap.
+/// A task, since the loops over all rays become vector code only where what is read and what is written are known not
+/// to overlap.
 ///
-/// Rays that lie in rows are taken number by number: they are read from one end to the other then (in f32, 8 KiB), and every loop becomes
-/// vector code. One loop for all numbers did so in f32 only and waited for eight places of memory at once. Others are taken ray by ray:
-/// number by number took 6 % of the whole time of the sphereflake.
+/// Rays that lie in rows are taken number by number: they are read from one end to the other then (in f32, 8 KiB), and
+/// every loop becomes vector code. One loop for all numbers did so in f32 only and waited for eight places of memory at
+/// once. Others are taken ray by ray: number by number took 6 % of the whole time of the sphereflake.
 impl<S: Rays + ?Sized, R: RayRows> Task for Take<'_, S, R> {
     type Input = S;
     type Output = Room<R>;
@@ -355,12 +356,13 @@ const U: f32 = 1.0 / 16_777_216.0;
 impl Slabs {
     /// Takes rays for a tree whose coordinates are at most `extent` in magnitude.
     ///
-    /// A plane at b is met at t = (b - o) / d, here r b - r o. The rounding of d and that of r = 1/d scale both terms and so are relative to t:
-    /// 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r o|, and 2u|r o| where pad and factor are
-    /// applied. The pad is 8u|o| and the visitor's slack, the factor that of [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
+    /// A plane at b is met at t = (b - o) / d, here r b - r o. The rounding of d and that of r = 1/d scale both terms
+    /// and so are relative to t: 2u|t|, and u|t| for the last sum. What is left is the rounding of o and of r o: 2u|r
+    /// o|, and 2u|r o| where pad and factor are applied. The pad is 8u|o| and the visitor's slack, the factor that of
+    /// [`PaddedSlab`](crate::geometry::PaddedSlab) twice over.
     ///
-    /// Returns what holds all of them. In one pass, since the rows of a packet do not stay in the first cache. (To take rays in parts of 64 and to do
-    /// this for one part while the next one is fetched: 6 to 18 % slower.)
+    /// Returns what holds all of them. In one pass, since the rows of a packet do not stay in the first cache. (To take
+    /// rays in parts of 64 and to do this for one part while the next one is fetched: 6 to 18 % slower.)
     #[inline(always)]
     pub fn take<W: Wide>(&mut self, w: W, together: &Together, slack: f32, extent: f64) -> Ends {
         let slack = slack * U + 2f32.powi(-37);

@@ -3,7 +3,8 @@
 use super::packet::PACKET;
 use super::wide::Wide;
 
-/// Some rays of a packet, by their numbers in it, a bit each. Most of the work is done group by group: as many rays as there are lanes.
+/// Some rays of a packet, by their numbers in it, a bit each. Most of the work is done group by group: as many rays as
+/// there are lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(32))]
 pub struct RaySet([u8; PACKET / 8]);

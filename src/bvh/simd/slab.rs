@@ -2,7 +2,8 @@
 
 use super::Lanes;
 
-/// What planes are met with, the near and the far ones, and t_min, spread over lanes; which rows of planes are near and which far.
+/// What planes are met with, the near and the far ones, and t_min, spread over lanes; which rows of planes are near and
+/// which far.
 #[derive(Clone, Copy)]
 pub struct SlabLanes<L: Lanes> {
     near: Planes<L>,
@@ -35,8 +36,8 @@ impl<L: Lanes> SlabLanes<L> {
         Self { near, far, t_min: lanes.splat(t_min), rows: [x, 2 + y, 4 + z] }
     }
 
-    /// The largest of the near and the smallest of the far planes, two by two. `min` and `max` return their second argument where
-    /// one is NaN, so a NaN (from overflow) bounds nothing.
+    /// The largest of the near and the smallest of the far planes, two by two. `min` and `max` return their second
+    /// argument where one is NaN, so a NaN (from overflow) bounds nothing.
     #[inline(always)]
     pub fn entries(&self, lanes: L, planes: &[[f32; 8]; 6], limit: f32) -> (u32, L::V) {
         let met = |row: usize, with: &Planes<L>, k: usize| {

@@ -3,11 +3,12 @@
 use super::Isa;
 use crate::bvh::Bvh;
 
-/// A loop over numbers in arrays. Everything that it calls must be `#[inline(always)]`, or it loses the instruction set.
+/// A loop over numbers in arrays. Everything that it calls must be `#[inline(always)]`, or it loses the instruction
+/// set.
 ///
-/// What it reads and what it writes are arguments of their own and what it is told is in `self`, not references in a structure: only
-/// of arguments does the compiler know that they do not overlap. Without that knowledge it left all loops with a square root or
-/// more than a few arrays scalar.
+/// What it reads and what it writes are arguments of their own and what it is told is in `self`, not references in a
+/// structure: only of arguments does the compiler know that they do not overlap. Without that knowledge it left all
+/// loops with a square root or more than a few arrays scalar.
 pub trait Task {
     /// What is read.
     type Input: ?Sized;
@@ -24,7 +25,8 @@ impl Bvh {
     pub fn run<T: Task>(&self, task: T, input: &T::Input, output: &mut T::Output) {
         match self.isa {
             Isa::Portable => task.run(input, output),
-            // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
+            // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build`
+            // checks).
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2 => unsafe { run_avx2(task, input, output) },
             // SAFETY: as above.

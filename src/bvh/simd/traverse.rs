@@ -14,16 +14,16 @@ pub trait LeafVisitor: Sized {
     /// What a visitor is made from.
     type Source: Copy;
 
-    /// What is left of a visitor at the end: little, since visitors are large, and written in pieces just before. Copying them out took
-    /// 4 % of single rays.
+    /// What is left of a visitor at the end: little, since visitors are large, and written in pieces just before.
+    /// Copying them out took 4 % of single rays.
     type Found;
 
-    /// A visitor for a ray. Called inside of the traversal, so that set-up is compiled for its instruction set: a closure
-    /// in its place stayed out of line and took 12 % of single rays.
+    /// A visitor for a ray. Called inside of the traversal, so that set-up is compiled for its instruction set: a
+    /// closure in its place stayed out of line and took 12 % of single rays.
     fn new(source: Self::Source, ray: &Ray) -> Self;
 
-    /// Whether the order of leaves does not matter, since any hit ends the search. Pushing children unsorted is 0 to 11 %
-    /// faster then, median 8 % (kernels.md, lesson 6).
+    /// Whether the order of leaves does not matter, since any hit ends the search. Pushing children unsorted is 0 to 11
+    /// % faster then, median 8 % (kernels.md, lesson 6).
     const ANY_HIT: bool;
 
     /// Tests a block against the ray; lowers `t_max` when there is a hit before it. True ends the search.
@@ -78,16 +78,17 @@ impl Bvh {
     ///
     /// With a conservative `T`, no leaf is passed over whose primitives the ray meets at t <= t_max, ties included.
     ///
-    /// Always inlined, and so should be what calls it with a ray that has just been made: a function of its own gets the ray in memory
-    /// and loads its numbers two by two. They have just been stored in other pieces, which the processor can not forward: 12 to 18 ns
-    /// a ray (interior P).
+    /// Always inlined, and so should be what calls it with a ray that has just been made: a function of its own gets
+    /// the ray in memory and loads its numbers two by two. They have just been stored in other pieces, which the
+    /// processor can not forward: 12 to 18 ns a ray (interior P).
     #[inline(always)]
     pub fn traverse<T: BoxTest, V: LeafVisitor>(&self, ray: &Ray, source: V::Source) -> V::Found {
         #[cfg(target_arch = "x86_64")]
         if !self.nodes.is_empty() && self.isa != Isa::Portable {
             let Ray { origin: o, direction: d, t_min, t_max } = *ray;
-            // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build` checks).
-            // With 32 registers and masks of their own the same source took 1.08 to 1.30 times as long (blobs100k, interior).
+            // SAFETY: a tree gets its instruction set from `Isa::best` or after `Isa::is_available` (`Bvh::build`
+            // checks). With 32 registers and masks of their own the same source took 1.08 to 1.30 times as long
+            // (blobs100k, interior).
             return unsafe { traverse_avx2::<T, V>(self, source, o.x, o.y, o.z, d.x, d.y, d.z, t_min, t_max) };
         }
         traverse_portable::<T, V>(self, ray, source)
@@ -103,8 +104,9 @@ fn traverse_portable<T: BoxTest, V: LeafVisitor>(tree: &Bvh, ray: &Ray, source: 
     traverse::<Portable, T, V>(Portable, tree, ray, source)
 }
 
-/// Takes the ray number by number, that is in registers: see [`Bvh::traverse`]. With that, and results in place of visitors returned,
-/// single rays take 0.77 (fast) and 0.93 (robust) of the time (interior P: 122 -> 95 and 158 -> 147 ns).
+/// Takes the ray number by number, that is in registers: see [`Bvh::traverse`]. With that, and results in place of
+/// visitors returned, single rays take 0.77 (fast) and 0.93 (robust) of the time (interior P: 122 -> 95 and 158 -> 147
+/// ns).
 ///
 /// # Safety
 /// The processor has what [`Isa::Avx2`] names.
@@ -156,10 +158,10 @@ fn traverse<L: Lanes, T: BoxTest, V: LeafVisitor>(lanes: L, tree: &Bvh, ray: &Ra
 
 /// Visits the leaves of a subtree that a ray may meet before `t_max`, nearer ones first. Whether the visitor ended it.
 ///
-/// What lost or gained nothing (blobs100k and interior, single rays): a loop of its own for the way down, whose constants then stay in
-/// registers (0 %); three children of any-hit rays written to the stack whether there are so many or not, without a branch (0 to 6 %
-/// slower); their distances left out (0 %); prefetching of nodes that are pushed (0 to 10 % slower, also in a mesh of a million
-/// triangles) or of blocks (0 to 6 % slower); huge pages (0 %).
+/// What lost or gained nothing (blobs100k and interior, single rays): a loop of its own for the way down, whose
+/// constants then stay in registers (0 %); three children of any-hit rays written to the stack whether there are so
+/// many or not, without a branch (0 to 6 % slower); their distances left out (0 %); prefetching of nodes that are
+/// pushed (0 to 10 % slower, also in a mesh of a million triangles) or of blocks (0 to 6 % slower); huge pages (0 %).
 #[inline(always)]
 pub(super) fn walk<L: Lanes, T: BoxTest, V: LeafVisitor>(
     lanes: L,
@@ -207,8 +209,8 @@ pub(super) fn walk<L: Lanes, T: BoxTest, V: LeafVisitor>(
                     let mut last = keyed(distances[k], node.children[k]);
                     (best, last) = (best.min(last), best.max(last));
                     if mask != 0 {
-                        // Three in registers: whether the third comes before the second can not be predicted. 1 to 5 % of robust
-                        // rays against insertion from the second on (blobs100k P, R, D).
+                        // Three in registers: whether the third comes before the second can not be predicted. 1 to 5 %
+                        // of robust rays against insertion from the second on (blobs100k P, R, D).
                         let k = mask.trailing_zeros() as usize & 7;
                         mask &= mask - 1;
                         let key = keyed(distances[k], node.children[k]);

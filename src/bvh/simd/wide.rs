@@ -18,7 +18,8 @@ impl Row {
     /// Nothing but zeros.
     pub const ZERO: Self = Self([0.0; PACKET]);
 
-    /// Those of the group of rays that starts at this place. (Functions in place of closures, which may not be inlined.)
+    /// Those of the group of rays that starts at this place. (Functions in place of closures, which may not be
+    /// inlined.)
     #[inline(always)]
     pub fn group<W: Wide>(&self, w: W, at: usize) -> W::V {
         w.load(&self.0[at..])
@@ -43,7 +44,8 @@ pub fn ones<W: Wide>(w: W, [x, y, z]: &[Row; 3], ray: usize) -> [W::V; 3] {
     [x.one(w, ray), y.one(w, ray), z.one(w, ray)]
 }
 
-/// As [`Lanes`](super::Lanes), of any width; what lanes are compared for comes as bits, lane 0 lowest. Comparisons are false for NaN.
+/// As [`Lanes`](super::Lanes), of any width; what lanes are compared for comes as bits, lane 0 lowest. Comparisons are
+/// false for NaN.
 pub trait Wide: Copy {
     /// How many lanes; divides [`PACKET`].
     const LANES: usize;

@@ -28,8 +28,8 @@ fn attempt<T>(
     Ok(result)
 }
 
-/// Deletes objects, lights and materials; others are refused. Objects made of a deleted material get the default one (for a
-/// mesh the file's own).
+/// Deletes objects, lights and materials; others are refused. Objects made of a deleted material get the default one
+/// (for a mesh the file's own).
 pub fn delete(desc: &mut SceneDesc, targets: &[Target]) -> Result<(), Refused> {
     attempt(desc, |desc| {
         let mut targets = targets.to_vec();
@@ -55,8 +55,8 @@ pub fn delete(desc: &mut SceneDesc, targets: &[Target]) -> Result<(), Refused> {
     })
 }
 
-/// Copies objects, lights and materials, each right behind the original and moved a little so that it is seen. Returns the
-/// copies.
+/// Copies objects, lights and materials, each right behind the original and moved a little so that it is seen. Returns
+/// the copies.
 pub fn duplicate(desc: &mut SceneDesc, targets: &[Target]) -> Result<Vec<Target>, Refused> {
     attempt(desc, |desc| {
         let mut targets = targets.to_vec();
@@ -101,7 +101,8 @@ pub fn duplicate(desc: &mut SceneDesc, targets: &[Target]) -> Result<Vec<Target>
     })
 }
 
-/// Gives an object, light or material another name; of a material also where it is used. Objects and lights may have none.
+/// Gives an object, light or material another name; of a material also where it is used. Objects and lights may have
+/// none.
 pub fn rename(desc: &mut SceneDesc, target: Target, name: &str) -> Result<(), Refused> {
     let Some(parameter) = parameter(target, "name") else {
         return Err(Refused::new(format!("the {} has no name", target.label(desc))));
@@ -109,7 +110,8 @@ pub fn rename(desc: &mut SceneDesc, target: Target, name: &str) -> Result<(), Re
     parameter.enter(desc, &[target], name)
 }
 
-/// Moves an object, light or material so many places down its list (up if negative), as far as it goes. Returns where it is.
+/// Moves an object, light or material so many places down its list (up if negative), as far as it goes. Returns where
+/// it is.
 pub fn move_by(desc: &mut SceneDesc, target: Target, places: isize) -> Result<Target, Refused> {
     require(desc, target)?;
     fn shift<T>(list: &mut [T], from: usize, places: isize) -> usize {

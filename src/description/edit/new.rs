@@ -47,9 +47,9 @@ const FILL: f64 = 0.25;
 /// Colours of new objects, one after the other.
 const COLORS: [&str; 6] = ["#c8553d", "#3d7ea6", "#e0a030", "#588157", "#8d6a9f", "#b0b0b0"];
 
-/// Adds an entry: what has a size stands on the point that the camera looks at (on y = 0 if that is in view below it), fills a
-/// quarter of the picture's height and gets a material of its own, which it shares with nothing; planes lie below
-/// everything; lights shine from above and beside the eye. Returns the new entry.
+/// Adds an entry: what has a size stands on the point that the camera looks at (on y = 0 if that is in view below it),
+/// fills a quarter of the picture's height and gets a material of its own, which it shares with nothing; planes lie
+/// below everything; lights shine from above and beside the eye. Returns the new entry.
 pub fn add(desc: &mut SceneDesc, new: New) -> Result<Target, Refused> {
     attempt(desc, |desc| {
         let (middle, distance) = view_centre(desc);

@@ -47,8 +47,8 @@ pub struct Bounds {
     pub upper: DVec3,
 }
 
-/// The middle of the box around all targets: objects by their box in world space, if `bounds` knows it, else by their origin;
-/// point lights by their position. `None` if nothing of it has a place.
+/// The middle of the box around all targets: objects by their box in world space, if `bounds` knows it, else by their
+/// origin; point lights by their position. `None` if nothing of it has a place.
 pub fn centre(desc: &SceneDesc, targets: &[Target], bounds: impl Fn(usize) -> Option<Bounds>) -> Option<DVec3> {
     let boxes = targets.iter().filter_map(|target| match *target {
         Target::Object(index) => {
@@ -74,7 +74,8 @@ pub fn translate(desc: &mut SceneDesc, targets: &[Target], by: DVec3) -> Result<
     })
 }
 
-/// Turns objects and lights about an axis through `pivot`, both of world space, counter-clockwise when seen against the axis.
+/// Turns objects and lights about an axis through `pivot`, both of world space, counter-clockwise when seen against the
+/// axis.
 pub fn rotate(
     desc: &mut SceneDesc,
     targets: &[Target],
@@ -95,9 +96,9 @@ pub fn rotate(
     })
 }
 
-/// Scales objects and the positions of point lights about `pivot`, by a factor along an axis of world space, or along all if there
-/// is none. An object's own axes stay perpendicular: one that does not lie along the axis or across it is scaled by how
-/// much longer the factor makes it (as Blender does), since a description cannot hold a shear.
+/// Scales objects and the positions of point lights about `pivot`, by a factor along an axis of world space, or along
+/// all if there is none. An object's own axes stay perpendicular: one that does not lie along the axis or across it is
+/// scaled by how much longer the factor makes it (as Blender does), since a description cannot hold a shear.
 pub fn scale(
     desc: &mut SceneDesc,
     targets: &[Target],
@@ -187,7 +188,8 @@ fn turned_angles(before: DVec3, axis: DVec3, degrees: f64) -> DVec3 {
     angles(turn * rotation(before), before)
 }
 
-/// Angles about x, then y, then z of a rotation, in degrees to 10 decimals: of those that mean the same the nearest to `near`.
+/// Angles about x, then y, then z of a rotation, in degrees to 10 decimals: of those that mean the same the nearest to
+/// `near`.
 fn angles(m: DMat3, near: DVec3) -> DVec3 {
     let sine = (-m.x_axis.z).clamp(-1.0, 1.0);
     let cosine = m.x_axis.x.hypot(m.x_axis.y);

@@ -122,8 +122,8 @@ pub fn parameter(target: Target, label: &str) -> Option<&'static Parameter> {
 }
 
 impl Parameter {
-    /// The value that all targets have, or [`Value::Mixed`]; `None` if there is no target, or one to which this does not
-    /// apply.
+    /// The value that all targets have, or [`Value::Mixed`]; `None` if there is no target, or one to which this does
+    /// not apply.
     pub fn get(&self, desc: &SceneDesc, targets: &[Target]) -> Option<Value> {
         let mut values = targets.iter().map(|target| (self.read)(desc, *target));
         let first = values.next()??;
@@ -146,8 +146,8 @@ impl Parameter {
         self.change(desc, targets, |_, _| Ok(value.clone()))
     }
 
-    /// Moves numbers by so many steps, each from where it is, and stops at the limits; a choice or switch goes to the next;
-    /// a colour becomes brighter or darker.
+    /// Moves numbers by so many steps, each from where it is, and stops at the limits; a choice or switch goes to the
+    /// next; a colour becomes brighter or darker.
     pub fn nudge(&self, desc: &mut SceneDesc, targets: &[Target], steps: i32, fine: bool) -> Result<(), Refused> {
         let unit = view_step(desc);
         self.change(desc, targets, |desc, target| {
@@ -176,8 +176,8 @@ impl Parameter {
         })
     }
 
-    /// Reads what a person typed: for numbers an [`Expression`], which may be relative to what each target has; for a colour
-    /// its code or name, or three linear channels; for a choice its name or the beginning of it.
+    /// Reads what a person typed: for numbers an [`Expression`], which may be relative to what each target has; for a
+    /// colour its code or name, or three linear channels; for a choice its name or the beginning of it.
     pub fn enter(&self, desc: &mut SceneDesc, targets: &[Target], text: &str) -> Result<(), Refused> {
         let text = text.trim();
         match &self.kind {

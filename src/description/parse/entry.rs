@@ -33,8 +33,8 @@ pub fn point_out(
     Some(Diagnostic::new(file, text, span, message, label))
 }
 
-/// Every file that a scene names, whether it exists or not, from a `text` that may be wrong: what to watch so as to read the
-/// scene again. `file` is its own, and the first of them.
+/// Every file that a scene names, whether it exists or not, from a `text` that may be wrong: what to watch so as to
+/// read the scene again. `file` is its own, and the first of them.
 pub fn files_named(text: &str, file: &Path) -> Vec<PathBuf> {
     let (root, _) = DeTable::parse_recoverable(super::without_mark(text));
     let root = root.into_inner();

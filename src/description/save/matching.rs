@@ -3,11 +3,12 @@
 use super::field::Described;
 use std::collections::HashMap;
 
-/// Entries farther than this from where one is looked for are not compared with it: thousands of unnamed ones would take long.
+/// Entries farther than this from where one is looked for are not compared with it: thousands of unnamed ones would
+/// take long.
 const REACH: usize = 256;
 
-/// For every new entry the index of the old one that it was, if any: one of the same name, else an equal one, else the one that
-/// has most keys in common. It decides where comments stay, not what is saved.
+/// For every new entry the index of the old one that it was, if any: one of the same name, else an equal one, else the
+/// one that has most keys in common. It decides where comments stay, not what is saved.
 pub fn matched<T: Described>(old: &[T], new: &[T]) -> Vec<Option<usize>> {
     let mut of_new = vec![None; new.len()];
     let mut free = vec![true; old.len()];

@@ -53,9 +53,9 @@ pub fn says_where_to_end(text: &str) -> bool {
     render.is_some_and(|render| ["samples", "error"].iter().any(|key| render.get(key).is_some()))
 }
 
-/// The text of a scene file at `file` that says `edited`: the text of `source` with what differs changed, added or removed
-/// (with the comments right above it), and every other line as it was. Nothing is read or written. Paths that lie in other
-/// directories are made relative by names alone, where need be with the help of the working directory.
+/// The text of a scene file at `file` that says `edited`: the text of `source` with what differs changed, added or
+/// removed (with the comments right above it), and every other line as it was. Nothing is read or written. Paths that
+/// lie in other directories are made relative by names alone, where need be with the help of the working directory.
 pub fn save(source: Source<'_>, edited: &SceneDesc, file: &Path) -> Result<String, SaveError> {
     let mut directories = Directories::of(source.file, file);
     let is_new = source.text.trim().is_empty();

@@ -231,8 +231,8 @@ impl Chart {
     }
 }
 
-/// A strip of this width with a coloured square before each text, dark on white, to stand below a picture: its height and
-/// sRGB codes.
+/// A strip of this width with a coloured square before each text, dark on white, to stand below a picture: its height
+/// and sRGB codes.
 pub fn legend(width: u32, entries: &[(String, [u8; 3])]) -> Result<(u32, Vec<u8>), String> {
     let refused = |_| "the font inside the program is damaged".to_owned();
     register_font(FONT, FontStyle::Normal, REGULAR).map_err(refused)?;

@@ -135,8 +135,8 @@ impl Data {
     }
 }
 
-/// Eight colours that are told apart with any kind of colour vision, the lightest last (Okabe and Ito 2008; their yellow
-/// is left out, since it vanishes on white). Each with the nearest of a terminal's 256.
+/// Eight colours that are told apart with any kind of colour vision, the lightest last (Okabe and Ito 2008; their
+/// yellow is left out, since it vanishes on white). Each with the nearest of a terminal's 256.
 const PALETTE: [([u8; 3], u8); 7] = [
     ([0, 114, 178], 32),
     ([213, 94, 0], 166),

@@ -73,7 +73,8 @@ impl Cell {
         Self { scene, shells, centre, size, away }
     }
 
-    /// What became of one hit: shadow acne, mirror acne, and the shells that let the shadow ray and the mirrored ray pass.
+    /// What became of one hit: shadow acne, mirror acne, and the shells that let the shadow ray and the mirrored ray
+    /// pass.
     fn judge<K: TreeKernels>(&self, ray: &Ray, toward: DVec3, light_at: f64) -> Option<Verdict> {
         let hit = self.scene.intersect::<K>(ray)?;
         let surface = self.scene.interaction::<K>(ray, &hit);

@@ -1,4 +1,5 @@
-//! S18: numbers that mean harm. Whatever is asked for, there is an error message or a picture; never a panic, never a NaN.
+//! S18: numbers that mean harm. Whatever is asked for, there is an error message or a picture; never a panic, never a
+//! NaN.
 
 use super::scenes::{NUMERICS, at, clear, cuboid, empty, matte, object, perspective, picture, point_light, sphere, v};
 use super::sweep::{Row, Sweep};

@@ -188,7 +188,8 @@ fn film(scene: &Arc<Scene>, threads: usize, tile_size: u32) -> Result<Film, Stud
     Ok(film)
 }
 
-/// The picture in dark grey, with the causes in their colours, enlarged to what an eye can tell, and what they mean below.
+/// The picture in dark grey, with the causes in their colours, enlarged to what an eye can tell, and what they mean
+/// below.
 fn paint(width: u32, height: u32, samples: &[Sample], causes: &[Option<Cause>]) -> Result<Vec<u8>, StudyError> {
     let color = |at: usize| {
         let of = |cause: Cause| Cause::ALL.iter().find(|(c, ..)| *c == cause).map(|(.., color)| *color);
@@ -301,8 +302,8 @@ mod tests {
 
     #[test]
     fn a_smooth_mesh_that_shadows_itself_is_told_as_terminator() {
-        // One ball throws its shadow on another one of the same mesh, so far from the origin that points in f32 are off by 0.02:
-        // the edge of the shadow moves.
+        // One ball throws its shadow on another one of the same mesh, so far from the origin that points in f32 are off
+        // by 0.02: the edge of the shadow moves.
         let small = icosphere(2).into_iter().map(|t| t.map(|p| p * 0.4 + glam::Vec3::new(0.8, 1.0, 1.2)));
         let model = ModelFile::new(&icosphere(2).into_iter().chain(small).collect::<Vec<_>>());
         let place = v(2e5, -1e5, 3e5);
@@ -318,8 +319,8 @@ mod tests {
 
     #[test]
     fn a_path_that_weighs_just_enough_is_told_as_depth_cut() {
-        // Varnish on a ball under a white sky: what a pixel mirrors is followed from a weight of k_r F on. With k_r such that
-        // one pixel is right at it, some other arithmetic decides otherwise.
+        // Varnish on a ball under a white sky: what a pixel mirrors is followed from a weight of k_r F on. With k_r
+        // such that one pixel is right at it, some other arithmetic decides otherwise.
         let mut desc = empty(12, 9, orthographic(v(0.0, 0.0, 5.0), DVec3::ZERO, 1.0));
         desc.world.background = crate::description::Background::Solid(Rgb::WHITE);
         desc.render.error = Some(8.0);

@@ -19,9 +19,9 @@ const EYES: [(&str, DVec3); 4] = [
 fn tank(side: u32, eye: DVec3, objects: &[ObjectDesc]) -> SceneDesc {
     let mut desc = empty(side * 4 / 3, side, perspective(eye, v(-0.1, 0.0, 0.0), 40.0));
     desc.world.background = SKY;
-    // A seam between bodies costs a ray that crosses it a step of depth, and rays that start in the water are caught in the block
-    // for long: with 40 steps, 6 of 27,648 pixels ended black with the seam and not without, in any arithmetic. With the
-    // most that a scene may ask for, none does.
+    // A seam between bodies costs a ray that crosses it a step of depth, and rays that start in the water are caught in
+    // the block for long: with 40 steps, 6 of 27,648 pixels ended black with the seam and not without, in any
+    // arithmetic. With the most that a scene may ask for, none does.
     desc.render.max_depth = 64;
     let floor = MaterialDesc {
         ambient: 1.0,
@@ -41,8 +41,8 @@ fn tank(side: u32, eye: DVec3, objects: &[ObjectDesc]) -> SceneDesc {
     desc
 }
 
-/// S13: the block in two halves that overlap by less and less, the balls by priority, against the whole block with balls of
-/// which the smaller wins.
+/// S13: the block in two halves that overlap by less and less, the balls by priority, against the whole block with
+/// balls of which the smaller wins.
 pub fn media(effort: &Effort) -> Vec<Sweep> {
     let side = effort.choose(36, 144);
     let whole = [

@@ -1,5 +1,5 @@
-//! Double-double arithmetic: the yardstick of the kernels. A number is the unevaluated sum of two f64, good for 31 digits
-//! (Dekker 1971; Hida, Li, Bailey, "Algorithms for Quad-Double Precision Floating Point Arithmetic", 2001).
+//! Double-double arithmetic: the yardstick of the kernels. A number is the unevaluated sum of two f64, good for 31
+//! digits (Dekker 1971; Hida, Li, Bailey, "Algorithms for Quad-Double Precision Floating Point Arithmetic", 2001).
 
 use glam::DVec3;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -60,7 +60,8 @@ impl Solid {
     /// Part of the size by which a hit may be off before it is taken for another one: what is behind a rim that leaks.
     const ELSEWHERE: f64 = 1e-3;
 
-    /// Judges the hits of all presets: `wrong` counts, `off` measures how far off the surface the start of the next ray is.
+    /// Judges the hits of all presets: `wrong` counts, `off` measures how far off the surface the start of the next ray
+    /// is.
     fn judge(self, ray: &Ray, wrong: &mut Tally, off: &mut Tally) {
         let exact = self.exact(ray).and_then(|chord| chord.first());
         let hits = each_preset!(K => self.intersect::<K>(ray).map(|hit| (hit, self.start::<K>(ray, hit))));

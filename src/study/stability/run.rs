@@ -48,7 +48,8 @@ pub fn all_hold(findings: &[Finding]) -> bool {
     findings.iter().all(Finding::holds)
 }
 
-/// Does what is asked. `show` is called with each experiment that is done and its report, of which the files are written.
+/// Does what is asked. `show` is called with each experiment that is done and its report, of which the files are
+/// written.
 pub fn run(
     plan: &Plan,
     console: &Console,

@@ -84,8 +84,8 @@ pub fn sun(toward: DVec3, intensity: f64) -> LightDesc {
     LightDesc { kind: LightKind::Directional { direction: -toward }, intensity, ..LightDesc::default() }
 }
 
-/// Bodies of all shapes and kinds over a floor, two instances of a model among them; all lengths times `k`, and all moved
-/// by `offset`.
+/// Bodies of all shapes and kinds over a floor, two instances of a model among them; all lengths times `k`, and all
+/// moved by `offset`.
 pub fn mixed(k: f64, offset: DVec3, model: &Path) -> SceneDesc {
     let p = |x: f64, y: f64, z: f64| v(x, y, z) * k + offset;
     let mut desc = empty(96, 72, perspective(p(1.0, 2.0, 5.0), p(0.0, 0.25, 0.0), 45.0));

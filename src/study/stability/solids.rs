@@ -1,4 +1,5 @@
-//! Lines against solids in double-double arithmetic, by the textbook formulas: with 31 digits nothing cancels that matters.
+//! Lines against solids in double-double arithmetic, by the textbook formulas: with 31 digits nothing cancels that
+//! matters.
 
 use super::oracle::{Dd, DdVec3};
 use crate::geometry::Ray;

@@ -9,8 +9,8 @@ use crate::geometry::{Kernels, Ray};
 use crate::math::SplitMix64;
 use glam::DVec3;
 
-/// Distance of `t` from the exact one in units of its last place, or of that of the radius, 1, where t is less: closer to
-/// the ball than that t says less than the origin does.
+/// Distance of `t` from the exact one in units of its last place, or of that of the radius, 1, where t is less: closer
+/// to the ball than that t says less than the origin does.
 fn ulps(t: f64, exact: Dd) -> f64 {
     let size = exact.to_f64().abs().max(1.0);
     (Dd::from(t) - exact).abs().to_f64() / (size.next_up() - size)

@@ -86,8 +86,8 @@ pub struct Effort<'a> {
     pub quick: bool,
     /// Threads for trials.
     pub threads: NonZeroUsize,
-    /// Asked now and then, by the thread that calls, whether to go on; told which part of a row's trials is done. If not, what
-    /// comes out means nothing.
+    /// Asked now and then, by the thread that calls, whether to go on; told which part of a row's trials is done. If
+    /// not, what comes out means nothing.
     pub go_on: &'a dyn Fn(f64) -> bool,
 }
 
@@ -100,8 +100,8 @@ impl Effort<'_> {
         if self.quick { quick } else { full }
     }
 
-    /// Runs `count` trials, each with random numbers that depend on `seed` and on its place only. `tally` is an array of as
-    /// many tallies as the trial tells apart.
+    /// Runs `count` trials, each with random numbers that depend on `seed` and on its place only. `tally` is an array
+    /// of as many tallies as the trial tells apart.
     pub fn run<const N: usize>(
         &self,
         seed: u64,

@@ -102,7 +102,8 @@ impl Body {
         let apart = if rng.unit() < 0.5 { 0.0 } else { 0.01 };
         std::array::from_fn(|k| {
             let origin = origin + unit(rng) * self.half * apart;
-            // Faces in a row were one face once. The object has the ball's own corners, not those rounded to f32 at its place.
+            // Faces in a row were one face once. The object has the ball's own corners, not those rounded to f32 at its
+            // place.
             let corners = self.ball[(first + k / 4) % self.ball.len()].map(|p| self.centre + p.as_dvec3() * self.half);
             let way = hard_point(corners, rng) - origin;
             Ray::new(origin, way.normalize())
@@ -154,7 +155,8 @@ fn ball(effort: &Effort) -> Vec<[Vec3; 3]> {
     icosphere(effort.choose(4, 5))
 }
 
-/// S8: leaks of closed meshes through the whole hierarchy, alone and in packets; hits that boxes in f32 lose, and packets.
+/// S8: leaks of closed meshes through the whole hierarchy, alone and in packets; hits that boxes in f32 lose, and
+/// packets.
 pub fn watertight(effort: &Effort) -> Vec<Sweep> {
     // Sixteen bodies: 1e8 rays one by one, and as many in packets.
     let count = effort.choose(40_000, 6_250_000);
@@ -233,7 +235,8 @@ fn shapes(centre: DVec3, model: &ModelFile, previous: &Scene) -> Scene {
     compile(&desc, Some(previous))
 }
 
-/// Rays that run alike, as from a pixel or toward a light, against every shape: the same hits as alone, to the last bit.
+/// Rays that run alike, as from a pixel or toward a light, against every shape: the same hits as alone, to the last
+/// bit.
 fn packet_of_shapes(scene: &Scene, offset: f64, rng: &mut SplitMix64, tally: &mut Tally) {
     let centre = DVec3::new(0.6, -0.5, 0.62) * offset;
     let eye = centre + unit(rng) * 10f64.powf(rng.range(-1.0, 2.0));
@@ -271,8 +274,8 @@ fn meet(corners: [Vec3; 3], ray: &Ray) -> [Option<TriangleHit>; 4] {
     each_preset!(K => tree.intersect::<K>(ray))
 }
 
-/// Two tables: the error of t, at most 5e-16 for each unit of difficulty, and how often the triangle is missed. Where the
-/// difficulty is 1 the nine roundings of t itself count, which are 1e-15 at worst.
+/// Two tables: the error of t, at most 5e-16 for each unit of difficulty, and how often the triangle is missed. Where
+/// the difficulty is 1 the nine roundings of t itself count, which are 1e-15 at worst.
 fn t_errors(
     effort: &Effort,
     (seed, axis): (u64, &str),

@@ -42,8 +42,8 @@ impl App {
         files
     }
 
-    /// Files have changed: what the scene uses is compiled again, and its own file, with those that it is written in, is
-    /// read again.
+    /// Files have changed: what the scene uses is compiled again, and its own file, with those that it is written in,
+    /// is read again.
     pub(super) fn files_changed(&mut self, files: Vec<PathBuf>) -> Vec<Effect> {
         let (own, assets) = (self.editor.file().map(Path::to_owned), self.assets());
         let (used, written): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| assets.contains(file));

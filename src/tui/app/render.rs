@@ -10,17 +10,20 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// An edit waits not longer than this for the first whole picture of the one before, so that a held key shows whole pictures
-/// however many edits it makes. Each time that it was not enough the next wait is twice as long: in the end it is.
+/// An edit waits not longer than this for the first whole picture of the one before, so that a held key shows whole
+/// pictures however many edits it makes. Each time that it was not enough the next wait is twice as long: in the end it
+/// is.
 pub(super) const PATIENCE: Duration = Duration::from_millis(100);
 
-/// What is to be compiled, the scene whose parts can be shared, and the files that are others now than those it was made of.
+/// What is to be compiled, the scene whose parts can be shared, and the files that are others now than those it was
+/// made of.
 pub type Compile = (Arc<SceneDesc>, Option<Arc<Scene>>, Vec<PathBuf>);
 
 impl App {
-    /// What has to be compiled now: nothing if nothing was edited, or the compiler is still at work, or the picture of the
-    /// edit before is about to be whole. To be asked when a batch of events is taken in, so that a burst of keys is one
-    /// restart. With it the scene whose parts can be shared, and the files that are others now than those it was made of.
+    /// What has to be compiled now: nothing if nothing was edited, or the compiler is still at work, or the picture of
+    /// the edit before is about to be whole. To be asked when a batch of events is taken in, so that a burst of keys is
+    /// one restart. With it the scene whose parts can be shared, and the files that are others now than those it was
+    /// made of.
     pub fn begin_compile(&mut self, now: Instant) -> Option<Compile> {
         if self.compiling || !self.edited || self.is_awaited() {
             return None;

@@ -98,8 +98,8 @@ impl Palette {
 /// Commands shown at once.
 const ROWS: usize = 14;
 
-/// How well a title fits a query in lower case: less is better; `None` if not all of its characters stand there in their
-/// order. A piece at the beginning is better than one inside, and that better than scattered characters.
+/// How well a title fits a query in lower case: less is better; `None` if not all of its characters stand there in
+/// their order. A piece at the beginning is better than one inside, and that better than scattered characters.
 pub fn rank(query: &str, title: &str) -> Option<usize> {
     let title = title.to_lowercase();
     if let Some(at) = title.find(query) {

@@ -1,4 +1,5 @@
-//! Scene files. Start from those in scenes/: `cargo +nightly fuzz run --fuzz-dir tests/fuzz scene tests/fuzz/corpus/scene scenes`.
+//! Scene files. Start from those in scenes/: `cargo +nightly fuzz run --fuzz-dir tests/fuzz scene
+//! tests/fuzz/corpus/scene scenes`.
 
 #![no_main]
 
