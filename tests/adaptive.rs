@@ -371,13 +371,15 @@ fn when_the_time_is_over_the_picture_is_whole() {
         let mut d = demo.clone();
         (d.render.error, d.render.samples) = (error, limits::MAX_SAMPLES);
         let scene = compile(&d);
+        let (begun, mut busy) = (Instant::now(), [Duration::ZERO; 3]);
         let handle = render::start(scene.clone(), settings(3, 16));
         handle.finish_by(Instant::now() + Duration::from_millis(time));
         let mut covered = vec![false; (scene.width * scene.height) as usize];
         let mut finished = false;
         for event in handle.events() {
             match event {
-                RenderEvent::TileFinished { tile, .. } => {
+                RenderEvent::TileFinished { tile, worker, stats, .. } => {
+                    busy[worker] += stats.busy;
                     let rect = tile.rect;
                     for i in 0..rect.area() as u32 {
                         let (x, y) = (rect.x + i % rect.width, rect.y + i / rect.width);
@@ -391,6 +393,9 @@ fn when_the_time_is_over_the_picture_is_whole() {
         }
         // A render of so many samples would not end in the lifetime of anybody.
         assert!(finished && covered.iter().all(|c| *c));
+        // Nobody is busy longer than it takes.
+        let gone = begun.elapsed();
+        assert!(busy.iter().all(|busy| *busy <= gone), "{busy:?} of {gone:?}");
     }
 }
 

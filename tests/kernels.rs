@@ -327,9 +327,12 @@ fn rays_that_are_told_one_by_one_meet_what_those_in_memory_meet() {
     let mut rng = SplitMix64(71);
     let triangles = icosphere(4, 1.0);
     let mut hits = 0;
+    // Rooms that larger packets have been in.
+    let (mut in_memory, mut one_by_one) = (PacketRoom::default(), PacketRoom::default());
     for (isa, tree) in available().map(|isa| (isa, build(&triangles, isa))) {
         for i in 0..200 {
             let given = alike(&triangles, 1.0, &mut rng);
+            let given = &given[..given.len().min([PACKET, 100, 9, 31][i % 4])];
             let number = |k: usize| match k {
                 0..3 => given.iter().map(|ray| ray.origin[k] as f32).collect(),
                 3..6 => given.iter().map(|ray| ray.direction[k - 3] as f32).collect(),
@@ -339,15 +342,21 @@ fn rays_that_are_told_one_by_one_meet_what_those_in_memory_meet() {
             let columns: [Vec<f32>; 8] = std::array::from_fn(number);
             let told = Columns(&columns);
             let rays: Vec<Ray> = (0..given.len()).map(|i| told.ray(i)).collect();
-            let (mut a, mut b) = (vec![None; rays.len()], vec![None; rays.len()]);
+            let [mut a, mut b, mut c, mut d] = [(); 4].map(|()| vec![None; rays.len()]);
             let left = [
-                tree.intersect_packet::<Robust>(&told, &mut PacketRoom::default(), |k, hit| a[k] = hit),
-                tree.intersect_packet::<Robust>(&rays[..], &mut PacketRoom::default(), |k, hit| b[k] = hit),
+                tree.intersect_packet::<Robust>(&told, &mut one_by_one, |k, hit| a[k] = hit),
+                tree.intersect_packet::<Robust>(&rays[..], &mut in_memory, |k, hit| b[k] = hit),
+            ];
+            assert_eq!(left[0], left[1], "{i} {}", isa.name());
+            let left = [
+                tree.intersect_packet::<Fast>(&told, &mut one_by_one, |k, hit| c[k] = hit),
+                tree.intersect_packet::<Fast>(&rays[..], &mut in_memory, |k, hit| d[k] = hit),
             ];
             assert_eq!(left[0], left[1], "{i} {}", isa.name());
             for (k, ray) in rays.iter().enumerate() {
                 assert_eq!(bits(a[k]), bits(tree.intersect::<Robust>(ray)), "{i} {k} {} {ray:?}", isa.name());
                 assert_eq!(bits(a[k]), bits(b[k]), "{i} {k} {} {ray:?}", isa.name());
+                assert_eq!(bits(c[k]), bits(d[k]), "{i} {k} {} {ray:?}", isa.name());
                 hits += usize::from(a[k].is_some());
             }
         }
@@ -358,16 +367,19 @@ fn rays_that_are_told_one_by_one_meet_what_those_in_memory_meet() {
 #[test]
 fn the_length_of_directions_does_not_matter_to_rays_that_run_alike() {
     let mut rng = SplitMix64(72);
-    let triangles = icosphere(4, 1.0);
     let mut together = 0;
-    for (isa, tree) in available().map(|isa| (isa, build(&triangles, isa))) {
+    let sizes = [1.0, 1e9].map(|size| (size, icosphere(4, size as f32)));
+    let trees =
+        || sizes.iter().flat_map(|(size, triangles)| available().map(|isa| (*size, isa, build(triangles, isa))));
+    for (size, isa, tree) in trees() {
         for exponent in [-300, -45, -42, -40, -38, -37, -35, -30, -20, 0, 20, 30, 35, 38, 39, 300] {
             let length = 10f64.powi(exponent);
             let toward = unit(&mut rng);
             let rays: Vec<Ray> = (0..PACKET)
                 .map(|_| {
                     let (from, to) = (unit(&mut rng) * 0.5 - toward * 3.0, unit(&mut rng) * 0.3);
-                    Ray { t_max: 100.0 / length, ..Ray::new(from, (to - from) * length) }
+                    let ray = Ray::new(from * size, (to - from) * length);
+                    Ray { t_max: if size == 1.0 { 100.0 / length } else { ray.t_max }, ..ray }
                 })
                 .collect();
             let (mut found, mut occluded) = (vec![None; rays.len()], vec![false; rays.len()]);
@@ -376,8 +388,8 @@ fn the_length_of_directions_does_not_matter_to_rays_that_run_alike() {
             together += usize::from(left.is_empty());
             for (k, ray) in rays.iter().enumerate() {
                 let alone = tree.intersect::<Robust>(ray);
-                assert_eq!(bits(found[k]), bits(alone), "1e{exponent} {k} {} {ray:?}", isa.name());
-                assert_eq!(occluded[k], alone.is_some(), "1e{exponent} {k} {} {ray:?}", isa.name());
+                assert_eq!(bits(found[k]), bits(alone), "{size} 1e{exponent} {k} {} {ray:?}", isa.name());
+                assert_eq!(occluded[k], alone.is_some(), "{size} 1e{exponent} {k} {} {ray:?}", isa.name());
             }
         }
     }

@@ -12,9 +12,8 @@ use glam::DVec3;
 /// With u = 2^-24 and S the sum of the coordinates of the origin and the largest one of the tree: the vector f from the
 /// origin to the centre is off by 2uS an axis and rounded by as much, 7uS in all. The foot t = (f, d) of the centre on
 /// the line is off by that, by the rounding of d (2u|f|), by what d lacks to unit length and by the sum of products
-/// (3u|f|), the rest f - t d by all that again and 4u|f|. With
-/// |f| < 1.8 S it is less than 50uS in length. The relative errors of lengths and radii are less than 10uS, and there is room for the
-/// rounding of the f64 formula.
+/// (3u|f|), the rest f - t d by all that again and 4u|f|. With |f| < 1.8 S it is less than 50uS in length. The relative
+/// errors of lengths and radii are less than 10uS, and there is room for the rounding of the f64 formula.
 #[derive(Debug, Default)]
 pub struct BallRows {
     /// The rays as they come.

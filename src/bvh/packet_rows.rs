@@ -140,16 +140,16 @@ fn shear_all(
     }
 }
 
-/// [`depth_at`] in f32. With u = 2^-24: t is off by 2u|t d|, d and the product by u|t d| each, the origin by u|o|, and
-/// the sum by u times itself;
-/// |t d| is no more than the sum and |o|. Together 5u of both.
+/// [`depth_at`] in f32. With u = 2^-24: t is off by 2u|t d|, d and the product by u|t d| each, the origin by u|o|, the sum
+/// by u times itself, and what is returned by as much again, where |t d| is no more than the sum and |o|: together 6u of
+/// both.
 #[inline(always)]
 fn depths<W: Wide>(w: W, origin: W::V, direction: W::V, t: W::V, extent: f32) -> [W::V; 2] {
     let depth = w.mul_add(t, direction, origin);
     // Beyond everything, and finite. What is not a number stays so.
     let depth = w.max(w.splat(-1e30), w.min(w.splat(1e30), depth));
     let least = w.splat(1e-13 * extent);
-    let pad = w.mul_add(w.add(w.abs(depth), w.abs(origin)), w.splat((5.5 * U) as f32), least);
+    let pad = w.mul_add(w.add(w.abs(depth), w.abs(origin)), w.splat((6.5 * U) as f32), least);
     [w.sub(depth, pad), w.add(depth, pad)]
 }
 

@@ -294,9 +294,10 @@ impl<'a, const ANY_HIT: bool> PacketVisitor for WatertightPacket<'a, ANY_HIT> {
         let [low, high] = ends.direction[z];
         let farthest = ends.origin.iter().flatten().fold(0.0, |far, v| v.abs().max(far));
         let steepest = largest(x).max(largest(y)) / low.abs().min(high.abs());
-        // The depth of a hit is a sum of products of three coordinates, which f32 must hold with all bits. NaN goes
-        // nowhere.
-        let is_same_way = low * high > 0.0 && low.abs().min(high.abs()) > 1e-30;
+        // The depth of a hit is a sum of products of three coordinates, which f32 must hold with all bits, and t times the
+        // direction one of a t that f32 holds. NaN goes nowhere.
+        let (least, most) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
+        let is_same_way = low * high > 0.0 && least > 1e-24 && most < 1e20;
         if !(farthest <= 8.0 * extent && steepest <= 4.0 && is_same_way && (1e-8..1e12).contains(&extent)) {
             return false;
         }

@@ -150,12 +150,13 @@ impl Work<'_> {
             }
             // The samples may not be whole: once awake they are traced again.
             stats.busy += start.elapsed();
-            match control.wait() {
+            let wait = control.wait();
+            *start = Instant::now();
+            match wait {
                 Wait::GoOn => {}
                 Wait::Expired => return Traced::Part,
                 Wait::Cancelled => return Traced::Cancelled,
             }
-            *start = Instant::now();
         };
         stats.samples += batch.points.len() as u64;
         for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {

@@ -104,7 +104,7 @@ pub struct TileStats {
     /// Time spent tracing. Tiles that were traced together share it evenly; the rays and what was not finite are told
     /// with the first of them.
     pub busy: Duration,
-    /// When it was done, since the start of the render.
+    /// When it was done, since the start of the render; of tiles that were traced together, as if one after the other.
     pub done: Duration,
     /// Sum over the pixels of their expected squared error in 8-bit codes, mean over the channels; of those that are
     /// told, if these are not all. `None` as long as nothing can be said.

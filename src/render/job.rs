@@ -308,19 +308,22 @@ impl Worker {
         (0..).zip(&mut tiles).for_each(|(at, tile)| tile.enter(at, pass, tracer.differences, batch));
         let mut stats = TileStats { busy: entering.elapsed(), ..TileStats::default() };
         let traced = trace(&mut tiles, tracer, batch, &mut stats);
-        match traced {
-            Traced::Cancelled => return Err(Leave),
-            // The picture of the coarser lattice is there already.
-            Traced::Part if matches!(pass, Pass::Lattice { .. }) => return Err(Leave),
-            Traced::Part | Traced::Whole => {}
+        if traced == Traced::Cancelled {
+            return Err(Leave);
         }
-        let busy = stats.busy / tiles.len() as u32;
+        let count = tiles.len() as u32;
+        let busy = stats.busy / count;
         for (at, tile) in (0..).zip(&mut tiles) {
+            let samples = tile.samples(at, batch);
+            // Where a lattice is not whole, the picture of the coarser one is there already.
+            if matches!(pass, Pass::Lattice { .. }) && samples < batch.of(at).len() as u64 {
+                continue;
+            }
             if at > 0 {
                 self.start(tile, pass)?;
             }
-            let stats = TileStats { samples: tile.samples(at, batch), busy, ..std::mem::take(&mut stats) };
-            self.tell(tile, pass, stats)?;
+            let stats = TileStats { samples, busy, ..std::mem::take(&mut stats) };
+            self.tell(tile, pass, stats, busy * (count - 1 - at))?;
             if number == 0 {
                 self.shared.control.cover();
             }
@@ -334,8 +337,8 @@ impl Worker {
         self.send(RenderEvent::TileStarted { worker: self.index, rect: tile.rect(), pass })
     }
 
-    /// Reports a tile after a pass of the list.
-    fn tell(&self, tile: &mut Tile, pass: Pass, mut stats: TileStats) -> Result<(), Leave> {
+    /// Reports a tile after a pass of the list. `others`: busy time since, of those that were traced with it.
+    fn tell(&self, tile: &mut Tile, pass: Pass, mut stats: TileStats, others: Duration) -> Result<(), Leave> {
         let judging = Instant::now();
         let mut image = tile.image(None);
         if let Some((change, errors)) = tile.own_errors(pass) {
@@ -343,7 +346,7 @@ impl Worker {
         }
         stats.cut = tile.count_cut();
         stats.busy += judging.elapsed();
-        stats.done = self.shared.begun.elapsed();
+        stats.done = self.shared.begun.elapsed().saturating_sub(others);
         self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })
     }
 
@@ -386,7 +389,8 @@ impl Worker {
         if traced == Traced::Cancelled {
             return Err(Leave);
         }
-        let busy = stats.busy / wanted.len() as u32;
+        let mut count = wanted.len() as u32;
+        let busy = stats.busy / count;
         for (at, (mut tile, cut)) in (0..).zip(tiles.into_iter().zip(cuts)) {
             if !batch.wants(at) {
                 self.gather_traced(tile, number, None);
@@ -401,7 +405,8 @@ impl Worker {
             let (image, change) = tile.refined(at, &round, batch);
             (stats.squared_error, stats.cut) = (change, tile.recount_cut(at, cut, batch));
             stats.busy += judging.elapsed();
-            stats.done = shared.begun.elapsed();
+            count -= 1;
+            stats.done = shared.begun.elapsed().saturating_sub(busy * count);
             self.send(RenderEvent::TileFinished { worker: self.index, tile: image, stats, pass })?;
             if traced == Traced::Whole {
                 self.gather_traced(tile, number, Some(&census));
