@@ -51,10 +51,10 @@ impl SurfaceInteraction {
         if self.entering { 1.0 } else { -1.0 }
     }
 
-    /// Where shadow rays start: off the surface on the side that the viewer is on.
+    /// Where shadow rays start.
     #[inline]
     pub fn shadow_start(&self) -> ShadowStart {
-        ShadowStart(self.shadow_point + self.geometric_normal * (self.side() * self.point_error))
+        ShadowStart::new(self.shadow_point, self.geometric_normal, self.side(), self.point_error)
     }
 }
 
@@ -88,12 +88,20 @@ pub fn smooth(
 pub struct ShadowStart(DVec3);
 
 impl ShadowStart {
+    /// Off the surface on the side that the viewer is on; the numbers are those of [`SurfaceInteraction`].
+    #[inline(always)]
+    pub fn new(shadow_point: DVec3, geometric_normal: DVec3, side: f64, point_error: f64) -> Self {
+        Self(shadow_point + geometric_normal * (side * point_error))
+    }
+
     /// The shadow ray to a point; `None` if it is that point.
+    #[inline(always)]
     pub fn ray_to<K: Kernels>(self, target: DVec3) -> Option<Ray> {
         K::ray_to(self.0, target)
     }
 
     /// The shadow ray toward a light that is infinitely far in this unit direction.
+    #[inline(always)]
     pub fn ray_along<K: Kernels>(self, direction: DVec3) -> Ray {
         Ray { t_min: K::T_MIN, ..Ray::new(self.0, direction) }
     }

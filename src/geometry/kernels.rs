@@ -57,6 +57,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     }
 
     /// The ray from `origin` up to just before `target`; `None` if they are the same point.
+    #[inline(always)]
     fn ray_to(origin: DVec3, target: DVec3) -> Option<Ray> {
         let way = target - origin;
         let distance = way.length();
@@ -71,6 +72,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     }
 
     /// (v, r)^s, 0 where the two point away from each other.
+    #[inline(always)]
     fn highlight(cosine: f64, shininess: f64) -> f64 {
         if cosine > 0.0 { cosine.min(1.0).powf(shininess) } else { 0.0 }
     }
@@ -154,6 +156,7 @@ impl Kernels for Classic {
         ((ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3(), 0.0)
     }
 
+    #[inline(always)]
     fn ray_to(origin: DVec3, target: DVec3) -> Option<Ray> {
         Some(Ray { origin, direction: target - origin, t_min: Self::T_MIN, t_max: 1.0 })
     }
@@ -165,6 +168,7 @@ impl Kernels for Classic {
         Some((d * eta + n * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt())).as_dvec3())
     }
 
+    #[inline(always)]
     fn highlight(cosine: f64, shininess: f64) -> f64 {
         f64::from((cosine as f32).powf(shininess as f32))
     }

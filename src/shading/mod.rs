@@ -10,6 +10,7 @@
 //! [`sampler`] picks, once a render, the code that has just the terms and the arithmetic which the scene asks for.
 
 mod crossing;
+mod lit;
 mod local;
 mod packet;
 mod probe;
