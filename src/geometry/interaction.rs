@@ -94,6 +94,18 @@ impl ShadowStart {
         Self(shadow_point + geometric_normal * (side * point_error))
     }
 
+    /// A start that has been computed before.
+    #[inline(always)]
+    pub fn at(point: DVec3) -> Self {
+        Self(point)
+    }
+
+    /// Where it is.
+    #[inline(always)]
+    pub fn point(self) -> DVec3 {
+        self.0
+    }
+
     /// The shadow ray to a point; `None` if it is that point.
     #[inline(always)]
     pub fn ray_to<K: Kernels>(self, target: DVec3) -> Option<Ray> {

@@ -4,10 +4,11 @@
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
 use super::sampler::terms;
-use crate::bvh::{RayPacket, Task, TreeKernels};
+use crate::bvh::{PACKET, RayPacket, Task, TreeKernels};
 use crate::description::{Falloff, LightKind};
+use crate::geometry::ShadowStart;
 use crate::math::Rgb;
-use crate::scene::{Light, Material, SLOTS, SurfaceRows};
+use crate::scene::{Illumination, Light, Material, SLOTS, Surfaces};
 use glam::DVec3;
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -29,6 +30,9 @@ pub(super) struct Lit {
     shininess: [f64; SLOTS],
     /// Of the paths that end there.
     pub weight: [f64; SLOTS],
+    point: [[f64; SLOTS]; 3],
+    /// Where shadow rays start.
+    start: [[f64; SLOTS]; 3],
     /// Unit, on the viewer's side.
     normal: [[f64; SLOTS]; 3],
     /// Unit, toward the viewer.
@@ -48,6 +52,8 @@ impl Default for Lit {
             specular: zero,
             shininess: zero,
             weight: zero,
+            point: [zero; 3],
+            start: [zero; 3],
             normal: [zero; 3],
             view: [zero; 3],
             sums: [zero; 3],
@@ -66,16 +72,15 @@ pub(super) struct Beams {
     radiance: [[f64; SLOTS]; 3],
     /// Diffuse light that it brings to the sample at most, if that is asked for.
     most: [f64; SLOTS],
-    /// Whether the light falls on the surface ([`REACHES`]), and whether there is a shadow ray ([`HAS_RAY`]).
-    state: [u8; SLOTS],
+    /// Whether the light falls on the surface.
+    reaches: [u8; SLOTS],
+    /// Whether there is a shadow ray.
+    has_ray: [u8; SLOTS],
     /// The part of it that arrives.
     pub part: [f64; SLOTS],
     /// Toward the light: first slot by slot, then those only that are traced.
     pub shadow_rays: RayPacket,
 }
-
-const REACHES: u8 = 1;
-const HAS_RAY: u8 = 2;
 
 impl Default for Beams {
     fn default() -> Self {
@@ -85,7 +90,8 @@ impl Default for Beams {
             cosine: zero,
             radiance: [zero; 3],
             most: zero,
-            state: [0; SLOTS],
+            reaches: [0; SLOTS],
+            has_ray: [0; SLOTS],
             part: zero,
             shadow_rays: RayPacket::default(),
         }
@@ -143,10 +149,14 @@ impl LitSurface {
     /// I k_d (n, l) C + I k_s (v, r)^s, as it arrives.
     #[inline(always)]
     pub fn response<K: TreeKernels, const TERMS: u8>(&self, beam: &Beam) -> Rgb {
-        let mut response = self.diffuse(beam);
-        if self.shines::<TERMS>() {
-            response += Rgb::grey(self.highlight::<K>(beam));
-        }
+        let diffuse = self.diffuse(beam);
+        let response = if TERMS & terms::HIGHLIGHTS != 0 {
+            // In one piece, so that loops over surfaces become vector code.
+            let specular = self.highlight::<K>(beam);
+            diffuse + Rgb::grey(if self.specular > 0.0 { specular } else { 0.0 })
+        } else {
+            diffuse
+        };
         beam.radiance * response * beam.part
     }
 }
@@ -232,13 +242,13 @@ impl Beams {
     /// Whether the light falls on a surface.
     #[inline(always)]
     pub fn reaches(&self, slot: usize) -> bool {
-        self.state[slot] & REACHES != 0
+        self.reaches[slot] != 0
     }
 
     /// Whether there is a shadow ray for a surface. None is needed where the light itself is.
     #[inline(always)]
     pub fn has_ray(&self, slot: usize) -> bool {
-        self.state[slot] & HAS_RAY != 0
+        self.has_ray[slot] != 0
     }
 
     /// Diffuse light that comes to the sample at most, as [`Shine`] has found it.
@@ -249,62 +259,63 @@ impl Beams {
 }
 
 /// Turns surfaces toward the viewer and gives them the ambient light k_a I_a C.
-pub(super) struct Begin<'a> {
-    pub rows: &'a SurfaceRows,
-    pub directions: &'a [[f64; SLOTS]; 3],
+pub(super) struct Begin {
     /// I_a
     pub ambient: Rgb,
 }
 
-impl Task for Begin<'_> {
-    type Input = ();
+impl Task for Begin {
+    type Input = Surfaces;
     type Output = Lit;
 
     #[inline(always)]
-    fn run(self, (): &(), lit: &mut Lit) {
-        let Self { rows, directions, ambient } = self;
-        for i in 0..rows.count.min(SLOTS) {
+    fn run(self, surfaces: &Surfaces, lit: &mut Lit) {
+        let (rows, directions, ambient) = (surfaces.rows(), surfaces.directions(), self.ambient);
+        lit.count = rows.count.min(PACKET);
+        for i in 0..lit.count {
+            put(&mut lit.point, i, rows.point(i));
+            put(&mut lit.start, i, rows.shadow_start(i).point());
             put(&mut lit.normal, i, rows.normal(i));
             put(&mut lit.view, i, -vector(directions, i));
         }
-        for i in 0..rows.count.min(SLOTS) {
+        for i in 0..lit.count {
             put_color(&mut lit.sums, i, ambient * color(&lit.color, i) * lit.ambient[i]);
         }
-        lit.count = rows.count.min(SLOTS);
     }
 }
 
 /// Sends light to all surfaces that it is in front of.
-pub(super) struct Shine<'a, K, const TERMS: u8> {
+pub(super) struct Shine<K, const TERMS: u8> {
     pub light: Light,
-    pub lit: &'a Lit,
     /// Whether it is to be known how much it brings at most.
     pub spare: bool,
     pub kernels: PhantomData<K>,
 }
 
-impl<K: TreeKernels, const TERMS: u8> Task for Shine<'_, K, TERMS> {
-    type Input = SurfaceRows;
+impl<K: TreeKernels, const TERMS: u8> Task for Shine<K, TERMS> {
+    type Input = Lit;
     type Output = Beams;
 
     #[inline(always)]
-    fn run(self, rows: &SurfaceRows, beams: &mut Beams) {
+    fn run(self, lit: &Lit, beams: &mut Beams) {
         let Light { kind, radiance } = self.light;
-        // A loop for each kind, so that none asks for it surface by surface.
+        // Loops for each kind, so that none asks for it surface by surface.
         match kind {
-            LightKind::Directional { .. } => self.shine(Light { kind, radiance }, rows, beams),
+            LightKind::Directional { .. } => shine::<K, TERMS>(Light { kind, radiance }, lit, beams),
             LightKind::Point { position, falloff: Falloff::None } => {
                 let kind = LightKind::Point { position, falloff: Falloff::None };
-                self.shine(Light { kind, radiance }, rows, beams);
+                shine::<K, TERMS>(Light { kind, radiance }, lit, beams);
             }
             LightKind::Point { position, falloff: Falloff::InverseSquare } => {
                 let kind = LightKind::Point { position, falloff: Falloff::InverseSquare };
-                self.shine(Light { kind, radiance }, rows, beams);
+                shine::<K, TERMS>(Light { kind, radiance }, lit, beams);
             }
         }
+        for i in 0..lit.count.min(PACKET) {
+            beams.reaches[i] &= u8::from(lit.get(i).responds::<TERMS>());
+        }
         if self.spare {
-            let lit = self.lit;
-            for i in 0..lit.count.min(SLOTS) {
+            for i in 0..lit.count.min(PACKET) {
                 let (surface, beam) = (lit.get(i), beams.get(i));
                 beams.most[i] = lit.weight[i] * (beam.radiance * surface.diffuse(&beam)).largest();
             }
@@ -312,54 +323,47 @@ impl<K: TreeKernels, const TERMS: u8> Task for Shine<'_, K, TERMS> {
     }
 }
 
-impl<K: TreeKernels, const TERMS: u8> Shine<'_, K, TERMS> {
-    #[inline(always)]
-    fn shine(&self, light: Light, rows: &SurfaceRows, beams: &mut Beams) {
-        let lit = self.lit;
-        for i in 0..lit.count.min(SLOTS).min(crate::bvh::PACKET) {
-            let surface = lit.get(i);
-            let (illumination, is_apart) = light.shine(rows.point(i));
-            let cosine = surface.normal.dot(illumination.direction);
-            let reaches = is_apart & (cosine > 0.0) & surface.responds::<TERMS>();
-            put(&mut beams.direction, i, illumination.direction);
-            put_color(&mut beams.radiance, i, illumination.radiance);
-            beams.cosine[i] = cosine;
-            beams.part[i] = 0.0;
-            let mut state = if reaches { REACHES } else { 0 };
-            if TERMS & terms::SHADOWS != 0 {
-                let start = rows.shadow_start(i);
-                let (ray, has_ray) = match illumination.position {
-                    Some(position) => match start.ray_to::<K>(position) {
-                        Some(ray) => (ray, true),
-                        None => (start.ray_along::<K>(illumination.direction), false),
-                    },
-                    None => (start.ray_along::<K>(illumination.direction), true),
-                };
-                beams.shadow_rays.put(i, &ray);
-                state |= if has_ray { HAS_RAY } else { 0 };
-            }
-            beams.state[i] = state;
-        }
+#[inline(always)]
+fn shine<K: TreeKernels, const TERMS: u8>(light: Light, lit: &Lit, beams: &mut Beams) {
+    for i in 0..lit.count.min(PACKET) {
+        let (Illumination { direction, radiance, .. }, is_apart) = light.shine(vector(&lit.point, i));
+        let cosine = vector(&lit.normal, i).dot(direction);
+        put(&mut beams.direction, i, direction);
+        put_color(&mut beams.radiance, i, radiance);
+        (beams.cosine[i], beams.part[i]) = (cosine, 0.0);
+        beams.reaches[i] = u8::from(is_apart & (cosine > 0.0));
+    }
+    if TERMS & terms::SHADOWS == 0 {
+        return;
+    }
+    for i in 0..lit.count.min(PACKET) {
+        let start = ShadowStart::at(vector(&lit.start, i));
+        let (ray, has_ray) = match light.kind {
+            LightKind::Directional { direction } => (start.ray_along::<K>(-direction), true),
+            LightKind::Point { position, .. } => match start.ray_to::<K>(position) {
+                Some(ray) => (ray, true),
+                None => (start.ray_along::<K>(DVec3::Y), false),
+            },
+        };
+        beams.shadow_rays.rows.put(i, &ray);
+        beams.has_ray[i] = u8::from(has_ray);
     }
 }
 
 /// Adds what arrives of beams to what surfaces send out.
-pub(super) struct Respond<'a, K, const TERMS: u8> {
-    pub beams: &'a Beams,
-    pub kernels: PhantomData<K>,
-}
+pub(super) struct Respond<K, const TERMS: u8>(pub PhantomData<K>);
 
-impl<K: TreeKernels, const TERMS: u8> Task for Respond<'_, K, TERMS> {
-    type Input = ();
+impl<K: TreeKernels, const TERMS: u8> Task for Respond<K, TERMS> {
+    type Input = Beams;
     type Output = Lit;
 
     #[inline(always)]
-    fn run(self, (): &(), lit: &mut Lit) {
-        for i in 0..lit.count.min(SLOTS) {
-            let beam = self.beams.get(i);
-            let sum = color(&lit.sums, i);
+    fn run(self, beams: &Beams, lit: &mut Lit) {
+        for i in 0..lit.count.min(PACKET) {
+            let (surface, beam, sum) = (lit.get(i), beams.get(i), color(&lit.sums, i));
+            let response = surface.response::<K, TERMS>(&beam);
             // Not 0 times what arrives, which may be infinite.
-            let added = if beam.part != 0.0 { sum + lit.get(i).response::<K, TERMS>(&beam) } else { sum };
+            let added = if beam.part != 0.0 { sum + response } else { sum };
             put_color(&mut lit.sums, i, added);
         }
     }

@@ -45,7 +45,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
         }
         recorder.light::<K, TERMS>(scene, index, lighting);
         let Lighting { lit, beams, .. } = lighting;
-        scene.run(Respond::<K, TERMS> { beams, kernels: PhantomData }, &(), lit);
+        scene.run(Respond::<K, TERMS>(PhantomData), &**beams, lit);
     }
     traced
 }
@@ -62,8 +62,7 @@ impl Lighting {
     ) {
         let Self { lit, beams, asked, unasked, spent, .. } = self;
         let spare = TERMS & terms::SHADOWS != 0 && !spent.is_empty();
-        let task = Shine::<K, TERMS> { light: *light, lit, spare, kernels: PhantomData };
-        scene.run(task, rows, beams);
+        scene.run(Shine::<K, TERMS> { light: *light, spare, kernels: PhantomData }, &**lit, beams);
         asked.clear();
         unasked.clear();
         for slot in 0..lit.count {

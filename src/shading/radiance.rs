@@ -244,8 +244,7 @@ impl<R: Recorder> Tracer<'_, R> {
             let normal = (depth == 0).then(|| rows.normal(slot));
             self.samples[path.sample as usize].meet(hit.object, normal, scene.lights.len());
         }
-        let directions = self.surfaces.directions();
-        scene.run(Begin { rows, directions, ambient: scene.world.ambient }, &(), lit);
+        scene.run(Begin { ambient: scene.world.ambient }, &*self.surfaces, lit);
         for slot in 0..if R::LISTENS { rows.count } else { 0 } {
             let index = usize::from(rows.ray[slot]);
             let Some(hit) = &level.hits[index] else { continue };

@@ -186,8 +186,9 @@ impl Default for ExactRays {
 }
 
 impl ExactRays {
+    /// Puts a ray in a place.
     #[inline(always)]
-    fn put(&mut self, i: usize, ray: &Ray) {
+    pub fn put(&mut self, i: usize, ray: &Ray) {
         let (o, d) = (ray.origin.to_array(), ray.direction.to_array());
         for axis in 0..3 {
             self.origin[axis].0[i] = o[axis];
