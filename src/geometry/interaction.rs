@@ -36,13 +36,10 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// A ray that leaves the surface in this unit direction, started off the surface by its error bound, on the side
-    /// that it goes to. The only maker of reflected and refracted rays.
+    /// A ray that leaves the surface in this unit direction.
     #[inline]
     pub fn spawn_ray<K: Kernels>(&self, direction: DVec3) -> Ray {
-        let side = if direction.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
-        let origin = self.point + self.geometric_normal * (side * self.point_error);
-        Ray { t_min: K::T_MIN, ..Ray::new(origin, direction) }
+        spawn_ray::<K>(self.point, self.geometric_normal, self.point_error, direction)
     }
 
     /// The side that the viewer is on: 1 outside of the body, -1 inside.
@@ -56,6 +53,15 @@ impl SurfaceInteraction {
     pub fn shadow_start(&self) -> ShadowStart {
         ShadowStart::new(self.shadow_point, self.geometric_normal, self.side(), self.point_error)
     }
+}
+
+/// A ray that leaves a surface in this unit direction, started off the surface by its error bound, on the side that it
+/// goes to. The only maker of reflected and refracted rays. The numbers are those of [`SurfaceInteraction`].
+#[inline(always)]
+pub fn spawn_ray<K: Kernels>(point: DVec3, geometric_normal: DVec3, point_error: f64, direction: DVec3) -> Ray {
+    let side = if direction.dot(geometric_normal) < 0.0 { -1.0 } else { 1.0 };
+    let origin = point + geometric_normal * (side * point_error);
+    Ray { t_min: K::T_MIN, ..Ray::new(origin, direction) }
 }
 
 /// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: the shading normal at a
@@ -125,6 +131,7 @@ const GRAZING: f64 = 1.0 / 1024.0;
 /// `direction` mirrored at the shading normal, kept above the facet: smooth normals can point it below (Keller et al.,
 /// "The Iray Light Transport Simulation", 2017, appendix A.3 states the problem). Both normals unit, on the side that
 /// `direction` comes from.
+#[inline(always)]
 pub fn reflect(direction: DVec3, shading_normal: DVec3, geometric_normal: DVec3) -> DVec3 {
     let mirrored = direction - shading_normal * (2.0 * direction.dot(shading_normal));
     let above = mirrored.dot(geometric_normal);
@@ -136,6 +143,7 @@ pub fn reflect(direction: DVec3, shading_normal: DVec3, geometric_normal: DVec3)
 
 /// Snell's law: the direction behind a surface, or `None` for total internal reflection. `direction` and `normal` unit,
 /// `normal` on the side that `direction` comes from, `eta` the index before the surface over the one behind it.
+#[inline(always)]
 pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
     if eta == 1.0 {
         return Some(direction); // Index-matched: not bent, not even by rounding.
@@ -149,6 +157,7 @@ pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
 
 /// Fresnel's reflectance of unpolarised light, exact. `cos_in` and `cos_out` are the cosines on either side, `eta` as
 /// in [`refract`].
+#[inline(always)]
 pub fn fresnel(cos_in: f64, cos_out: f64, eta: f64) -> f64 {
     if eta == 1.0 {
         return 0.0;

@@ -68,6 +68,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     }
 
     /// The refracted direction, `None` for total internal reflection; see [`refract`]. `entering`: into the body.
+    #[inline(always)]
     fn refract(direction: DVec3, normal: DVec3, eta: f64, _entering: bool) -> Option<DVec3> {
         refract(direction, normal, eta)
     }
@@ -164,6 +165,7 @@ impl Kernels for Classic {
         Some(Ray { origin, direction: target - origin, t_min: Self::T_MIN, t_max: 1.0 })
     }
 
+    #[inline(always)]
     fn refract(direction: DVec3, normal: DVec3, eta: f64, entering: bool) -> Option<DVec3> {
         let (d, n) = (direction.as_vec3(), normal.as_vec3());
         let eta = (if entering { eta } else { 1.0 / eta }) as f32;

@@ -8,8 +8,8 @@ use super::surface::{Facet, Placement};
 use super::{Material, Object, Scene, Shape};
 use crate::bvh::{Bvh, PACKET, Rays, Task, TreeKernels};
 use crate::geometry::{
-    Hit, Kernels, Ray, ShadowStart, SurfaceInteraction, cone_surface_at, cuboid_surface, cylinder_surface, plane_surface,
-    sphere_surface, triangle_surface,
+    Hit, Kernels, Ray, ShadowStart, SurfaceInteraction, cone_surface_at, cuboid_surface, cylinder_surface,
+    plane_surface, sphere_surface, triangle_surface,
 };
 use glam::DVec3;
 use std::marker::PhantomData;
@@ -202,6 +202,30 @@ impl SurfaceRows {
         vector(&self.shading_normal, slot) * self.side[slot]
     }
 
+    /// Normal of the facet.
+    #[inline(always)]
+    pub fn geometric_normal(&self, slot: usize) -> DVec3 {
+        vector(&self.geometric_normal, slot)
+    }
+
+    /// The same on the viewer's side.
+    #[inline(always)]
+    pub fn facet(&self, slot: usize) -> DVec3 {
+        self.geometric_normal(slot) * self.side[slot]
+    }
+
+    /// The side that the viewer is on: 1 outside of the body, -1 inside.
+    #[inline(always)]
+    pub fn side(&self, slot: usize) -> f64 {
+        self.side[slot]
+    }
+
+    /// Bound on the distance of later rays' hits from the point.
+    #[inline(always)]
+    pub fn point_error(&self, slot: usize) -> f64 {
+        self.point_error[slot]
+    }
+
     /// Where shadow rays of a surface start.
     #[inline(always)]
     pub fn shadow_start(&self, slot: usize) -> ShadowStart {
@@ -359,12 +383,7 @@ fn compute<K: Kernels>(tree: &Bvh, object: &Object, range: Range<usize>, hits: &
 
 impl Scene {
     /// Computes for each hit what [`Scene::interaction`] gives, to the last bit. Takes [`PACKET`] rays at most.
-    pub fn surfaces<K: TreeKernels>(
-        &self,
-        rays: &(impl Rays + ?Sized),
-        hits: &[Option<Hit>],
-        surfaces: &mut Surfaces,
-    ) {
+    pub fn surfaces<K: TreeKernels>(&self, rays: &(impl Rays + ?Sized), hits: &[Option<Hit>], surfaces: &mut Surfaces) {
         assert!(hits.len() <= PACKET && hits.len() <= rays.count(), "surfaces come in packets");
         let Room { groups: GroupOfRays(group_of), hits: sorted, found } = &mut *surfaces.room;
         let objects = self.objects();

@@ -12,6 +12,7 @@
 mod crossing;
 mod lit;
 mod local;
+mod onward;
 mod packet;
 mod probe;
 mod radiance;

@@ -1,6 +1,7 @@
 //! Room for packets of rays and what they meet.
 
 use super::lit::{Beams, Lit};
+use super::onward::Onward;
 use super::tail::Tail;
 use crate::bvh::{PACKET, RayPacket};
 use crate::geometry::{Hit, Ray};
@@ -13,6 +14,7 @@ pub struct Scratch<R = ()> {
     /// One a depth.
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
+    pub(super) onward: Box<Onward>,
     pub(super) packets: PacketScratch,
     pub(super) surfaces: Surfaces,
     /// One a sample.
@@ -47,8 +49,6 @@ pub(super) struct Level {
     pub hits: Vec<Option<Hit>>,
     /// The transparent bodies behind the surface that each ray ends on, if light gets there; empty in scenes without.
     pub beyond: Vec<Option<MediumStack>>,
-    /// The surfaces that light goes on from.
-    pub onward: Vec<u16>,
     /// Radiance along each ray, as far as it is known.
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
@@ -102,6 +102,7 @@ impl<R> Scratch<R> {
         Self {
             levels: Vec::new(),
             lighting: Lighting::default(),
+            onward: Box::default(),
             packets: PacketScratch::default(),
             surfaces: Surfaces::default(),
             tails: Vec::new(),

@@ -1,8 +1,9 @@
 //! The recursive function.
 
-use super::crossing::{Crossing, Split, cross, slack, split};
-use super::local::add_lights;
+use super::crossing::{Crossing, cross, slack};
 use super::lit::Begin;
+use super::local::add_lights;
+use super::onward::Onward;
 use super::packet::{Level, Lighting, Path, Scratch};
 use super::ray_tree::{Cut, RayKind};
 use super::record::Recorder;
@@ -10,7 +11,7 @@ use super::sample::{RayCounts, Sample};
 use super::sampler::terms;
 use super::tail::Tail;
 use crate::bvh::{PACKET, TreeKernels};
-use crate::geometry::{Ray, SurfaceInteraction, reflect};
+use crate::geometry::{Ray, SurfaceInteraction};
 use crate::math::Rgb;
 use crate::scene::{MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
@@ -40,7 +41,7 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    let Scratch { levels, lighting, packets, surfaces, tails, recorder } = scratch;
+    let Scratch { levels, lighting, onward, packets, surfaces, tails, recorder } = scratch;
     let depths = if TERMS & terms::MIRRORS != 0 { scene.render.max_depth as usize + 1 } else { 1 };
     if levels.len() < depths {
         levels.resize_with(depths, Level::default);
@@ -68,7 +69,7 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     }
     first.outside = points.len();
     counts.camera += points.len() as u64;
-    let mut tracer = Tracer { scene, samples, counts, lighting, packets, surfaces, tails, recorder, stop };
+    let mut tracer = Tracer { scene, samples, counts, lighting, onward, packets, surfaces, tails, recorder, stop };
     tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
     tracer.recorder.end(&levels[0]);
@@ -91,6 +92,7 @@ struct Tracer<'a, R> {
     samples: &'a mut [Sample],
     counts: &'a mut RayCounts,
     lighting: &'a mut Lighting,
+    onward: &'a mut Onward,
     packets: &'a mut PacketScratch,
     surfaces: &'a mut Surfaces,
     /// Empty if nothing that matters is cut.
@@ -214,7 +216,7 @@ impl<R: Recorder> Tracer<'_, R> {
     #[inline(never)]
     fn meet<const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
         let (scene, lit, rows) = (self.scene, &mut *self.lighting.lit, self.surfaces.rows());
-        level.onward.clear();
+        self.onward.slots.clear();
         let mut start = 0;
         while start < rows.count {
             let slots = rows.alike(start);
@@ -233,7 +235,7 @@ impl<R: Recorder> Tracer<'_, R> {
                 }
             }
             if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
-                level.onward.extend(slots.map(|slot| slot as u16));
+                self.onward.take(slots, material);
             }
         }
         for slot in 0..rows.count {
@@ -256,50 +258,68 @@ impl<R: Recorder> Tracer<'_, R> {
     /// Sends on mirrored and refracted rays from the surfaces of a packet.
     #[inline(never)]
     fn branch<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
-        let scene = self.scene;
-        let onward = std::mem::take(&mut level.onward);
-        for &slot in &onward {
-            let index = u32::from(self.surfaces.rows().ray[usize::from(slot)]);
-            let number = index as usize;
-            let (ray, Path { sample, weight, .. }) = (&level.rays.ray(number), level.paths[number]);
-            let Some(hit) = level.hits[number] else { continue };
-            let interaction = self.surfaces.get(usize::from(slot), &hit);
-            let material = &scene.materials[interaction.material as usize];
+        if depth >= self.scene.render.max_depth {
+            return self.end_paths(level);
+        }
+        let (scene, rows) = (self.scene, self.surfaces.rows());
+        let mut is_glass = false;
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let number = usize::from(rows.ray[slot]);
+            let before = || level.media.get(number).map_or(scene.world.ior, |media| media.ior(scene));
+            if let Some(beyond) = level.beyond.get(number).and_then(Option::as_ref) {
+                self.onward.put_glass(slot, before() / beyond.ior(scene));
+                is_glass = true;
+            } else if let Some(material) = rows.material(scene, slot).filter(|material| material.fresnel) {
+                self.onward.put_varnish(slot, before() / material.ior);
+            }
+        }
+        if TERMS & terms::GLASS != 0 && is_glass {
+            self.onward.divide::<K, true>(scene, self.surfaces);
+        } else {
+            self.onward.divide::<K, false>(scene, self.surfaces);
+        }
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let index = self.surfaces.rows().ray[slot];
+            let number = usize::from(index);
+            let Path { sample, weight, .. } = level.paths[number];
             if let Some(tail) = self.tails.get_mut(sample as usize) {
-                tail.send_on(material.reflect + material.transmit);
+                tail.send_on(self.onward.gain(slot));
             }
-            if depth >= scene.render.max_depth {
-                let weight = weight * (material.reflect + material.transmit);
-                self.samples[sample as usize].cut += weight;
-                self.recorder.cut(Cut { kind: None, weight, depth: true });
-                continue;
-            }
-            let media = level.media.get(number);
-            // Whether a ray has only to find the way out of a body.
-            let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
-            let outside = media.map_or(scene.world.ior, |media| media.ior(scene));
-            let beyond = if TERMS & terms::GLASS != 0 { level.beyond[number].as_ref() } else { None };
-            let eta = beyond.map(|beyond| outside / beyond.ior(scene));
-            let (normal, facet) =
-                (interaction.shading_normal * interaction.side(), interaction.geometric_normal * interaction.side());
-            let Split { normal, reflect: mirrored, transmit } =
-                split::<K>(material, ray, normal, facet, (outside, eta), interaction.entering);
+            let beyond = level.beyond.get(number).and_then(Option::as_ref);
+            let mirrored = self.onward.mirrored(slot);
+            let transmit = self.onward.refracted(slot).filter(|_| is_glass).zip(beyond);
             // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without
             // end.
             let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
-            let path = |share: f64| Path { sample, parent: index, share, weight: weight * (share / gain) };
+            let path = |share: f64| Path { sample, parent: index.into(), share, weight: weight * (share / gain) };
+            // Whether a ray has only to find the way out of a body.
+            let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
             let onward = path(mirrored);
             if self.worth_it(&onward, RayKind::Reflection) {
-                let direction = reflect(ray.direction, normal, facet);
-                let ray = interaction.spawn_ray::<K>(direction);
-                level.reflected.push(&ray, onward, media, media.is_some_and(inside));
+                let media = level.media.get(number);
+                level.reflected.push(&self.onward.mirrored_rays().ray(slot), onward, media, media.is_some_and(inside));
             }
-            if let (Some((share, direction)), Some(beyond)) = (transmit, beyond) {
-                let ray = interaction.spawn_ray::<K>(direction);
+            if let Some((share, beyond)) = transmit {
+                let ray = self.onward.refracted_rays().ray(slot);
                 level.refracted.push(&ray, path(share), Some(beyond), inside(beyond));
             }
         }
-        level.onward = onward;
+    }
+
+    /// Ends all paths at the surfaces of a packet: they are as long as they may be.
+    fn end_paths(&mut self, level: &Level) {
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let Path { sample, weight, .. } = level.paths[usize::from(self.surfaces.rows().ray[slot])];
+            let gain = self.onward.gain(slot);
+            if let Some(tail) = self.tails.get_mut(sample as usize) {
+                tail.send_on(gain);
+            }
+            self.samples[sample as usize].cut += weight * gain;
+            self.recorder.cut(Cut { kind: None, weight: weight * gain, depth: true });
+        }
     }
 
     /// Whether a path is worth following; if not, its weight is noted.

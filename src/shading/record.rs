@@ -174,11 +174,8 @@ impl Recorder for TreeRecorder<'_> {
         if let Some(beam) = beam.filter(|beam| beam.part != 0.0) {
             let specular = if surface.shines::<TERMS>() { surface.highlight::<K>(&beam) } else { 0.0 };
             let arriving = |factor: Rgb| beam.radiance * factor * beam.part;
-            terms = [
-                arriving(surface.diffuse(&beam)),
-                arriving(Rgb::grey(specular)),
-                surface.response::<K, TERMS>(&beam),
-            ];
+            terms =
+                [arriving(surface.diffuse(&beam)), arriving(Rgb::grey(specular)), surface.response::<K, TERMS>(&beam)];
         }
         let [diffuse, specular, sum] = terms;
         let term = LightTerm {
