@@ -64,7 +64,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
         let distance = way.length();
         // Ends one part in 2^40 before the target: a blocker on the light itself does not count.
         let t_max = distance * (1.0 - 2f64.powi(-40));
-        (distance > 0.0).then(|| Ray { origin, direction: way / distance, t_min: Self::T_MIN, t_max })
+        (distance > 0.0).then(|| Ray { origin, direction: way * (1.0 / distance), t_min: Self::T_MIN, t_max })
     }
 
     /// The refracted direction, `None` for total internal reflection; see [`refract`]. `entering`: into the body.

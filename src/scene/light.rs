@@ -56,7 +56,8 @@ impl Light {
                     Falloff::None => self.radiance,
                     Falloff::InverseSquare => self.radiance / (distance * distance),
                 };
-                let illumination = Illumination { direction: way / distance, radiance, position: Some(position) };
+                let illumination =
+                    Illumination { direction: way * (1.0 / distance), radiance, position: Some(position) };
                 (illumination, distance != 0.0)
             }
         }

@@ -4,9 +4,10 @@ use super::lit::{Beams, Lit};
 use super::onward::Onward;
 use super::tail::Tail;
 use crate::bvh::{PACKET, RayPacket};
-use crate::geometry::{Hit, Ray};
+use crate::geometry::Hit;
 use crate::math::Rgb;
 use crate::scene::{Inside, MediumStack, PacketScratch, Surfaces, Way};
+use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
 #[derive(Debug, Default)]
@@ -36,8 +37,12 @@ pub(super) struct Path {
     pub weight: f64,
 }
 
+impl Path {
+    const NONE: Self = Self { sample: 0, parent: 0, share: 0.0, weight: 0.0 };
+}
+
 /// Rays of one depth and what comes back along them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Level {
     /// Last come those that are inside of a body where they meet nothing else.
     pub rays: Box<RayPacket>,
@@ -53,22 +58,27 @@ pub(super) struct Level {
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
     pub refracted: Branches,
-    /// Numbers of branches in the order that they are taken in.
-    order: Vec<u16>,
 }
 
-/// Rays that go on from a packet.
-#[derive(Debug, Default)]
+/// Rays that go on from a packet. Those of one octant of directions come together, so that they stay together in the
+/// tree.
+#[derive(Debug)]
 pub(super) struct Branches {
+    /// As in [`Level::rays`].
     rays: Box<RayPacket>,
+    outside: usize,
+    /// As they come in, until [`Branches::sort`].
     paths: Vec<Path>,
+    sorted: Vec<Path>,
     /// As in [`Level::media`].
     media: Vec<MediumStack>,
+    /// The slots of the surfaces that they come from, as they come in.
+    slots: Vec<u16>,
+    /// The same in order.
+    order: Vec<u16>,
     /// In which order they are taken: by octant, and at last those that meet nothing but the body that they are inside
     /// of.
     kinds: Vec<u8>,
-    /// How many rays there are of each kind.
-    counts: [usize; 9],
 }
 
 /// Kind of the rays that meet nothing but the body that they are inside of.
@@ -111,6 +121,38 @@ impl<R> Scratch<R> {
     }
 }
 
+impl Default for Level {
+    fn default() -> Self {
+        Self {
+            rays: Box::default(),
+            outside: 0,
+            paths: Vec::with_capacity(PACKET),
+            media: Vec::new(),
+            hits: Vec::new(),
+            beyond: Vec::new(),
+            sums: Vec::new(),
+            reflected: Branches::default(),
+            refracted: Branches::default(),
+        }
+    }
+}
+
+impl Default for Branches {
+    /// Room for a packet, since it is given to whoever follows the rays, for other room.
+    fn default() -> Self {
+        Self {
+            rays: Box::default(),
+            outside: 0,
+            paths: Vec::with_capacity(PACKET),
+            sorted: Vec::with_capacity(PACKET),
+            media: Vec::new(),
+            slots: Vec::with_capacity(PACKET),
+            order: Vec::with_capacity(PACKET),
+            kinds: Vec::with_capacity(PACKET),
+        }
+    }
+}
+
 impl Level {
     /// Makes room for a packet of rays and takes away what was there.
     pub fn clear(&mut self) {
@@ -119,75 +161,76 @@ impl Level {
         self.media.clear();
     }
 
-    /// Takes all branches as its packet. Rays of one octant of directions come together, so that they stay together in
-    /// the tree.
+    /// Takes all branches as its packet.
     pub fn take(&mut self, branches: &mut Branches) {
-        self.clear();
-        let count = branches.paths.len();
-        self.outside = count - branches.counts[usize::from(INSIDE)];
-        let mut starts = branches.counts;
-        let mut sum = 0;
-        for start in &mut starts {
-            sum += std::mem::replace(start, sum);
-        }
-        self.order.clear();
-        self.order.resize(count, 0);
-        for (number, &kind) in (0..).zip(&branches.kinds) {
-            let start = &mut starts[usize::from(kind)];
-            self.order[*start] = number;
-            *start += 1;
-        }
-        self.rays.take(&branches.rays, &self.order);
-        let order = self.order.iter().map(|&number| usize::from(number));
-        self.paths.extend(order.clone().map(|number| branches.paths[number]));
-        if !branches.media.is_empty() {
-            self.media.extend(order.map(|number| branches.media[number]));
-        }
-        branches.clear();
+        self.outside = branches.outside;
+        std::mem::swap(&mut self.rays, &mut branches.rays);
+        std::mem::swap(&mut self.paths, &mut branches.sorted);
+        std::mem::swap(&mut self.media, &mut branches.media);
     }
 }
 
 /// Which of the eight octants of directions a ray runs in.
-fn octant(ray: &Ray) -> u8 {
-    ray.direction.is_negative_bitmask() as u8
+fn octant(direction: DVec3) -> u8 {
+    direction.is_negative_bitmask() as u8
 }
 
 impl Branches {
-    /// `inside`: whether the ray meets nothing but the body that it is inside of.
-    pub fn push(&mut self, ray: &Ray, path: Path, media: Option<&MediumStack>, inside: bool) {
-        let kind = if inside { INSIDE } else { octant(ray) };
-        self.counts[usize::from(kind)] += 1;
-        self.kinds.push(kind);
-        debug_assert!(self.paths.len() < PACKET, "a ray sends on one of a kind");
-        self.rays.put(self.paths.len(), ray);
+    /// Forgets what was there.
+    pub fn clear(&mut self) {
+        self.rays.set_len(0);
+        self.outside = 0;
+        self.paths.clear();
+        self.sorted.clear();
+        self.media.clear();
+        self.slots.clear();
+        self.kinds.clear();
+    }
+
+    /// Takes in a ray in this direction from the surface in a slot. `inside`: whether it meets nothing but the body
+    /// that it is inside of.
+    pub fn push(&mut self, slot: usize, direction: DVec3, path: Path, inside: bool) {
+        self.slots.push(slot as u16);
         self.paths.push(path);
-        self.media.extend(media);
+        self.kinds.push(if inside { INSIDE } else { octant(direction) });
+    }
+
+    /// Brings them in order. `rays`: those of all slots; `media`: what each starts in, by its parent.
+    pub fn sort<'a>(&mut self, rays: &RayPacket, media: impl Fn(usize) -> Option<&'a MediumStack>) {
+        let mut counts = [0; 9];
+        for &kind in &self.kinds {
+            counts[usize::from(kind)] += 1;
+        }
+        self.outside = self.kinds.len() - counts[usize::from(INSIDE)];
+        let (mut starts, mut sum) = (counts, 0);
+        for start in &mut starts {
+            sum += std::mem::replace(start, sum);
+        }
+        self.order.clear();
+        self.order.resize(self.slots.len(), 0);
+        self.sorted.resize(self.slots.len(), Path::NONE);
+        for ((&slot, &kind), &path) in self.slots.iter().zip(&self.kinds).zip(&self.paths) {
+            let at = &mut starts[usize::from(kind)];
+            (self.order[*at], self.sorted[*at]) = (slot, path);
+            *at += 1;
+        }
+        self.rays.take(rays, &self.order);
+        self.media.extend(self.sorted.iter().filter_map(|path| media(path.parent as usize)));
     }
 
     /// Drops the branches whose paths are not worth it.
     pub fn retain(&mut self, mut worth_it: impl FnMut(&Path) -> bool) {
-        let mut kept = 0;
-        for k in 0..self.paths.len() {
-            if worth_it(&self.paths[k]) {
-                if kept < k {
-                    self.rays.put(kept, &self.rays.ray(k));
-                    self.paths[kept] = self.paths[k];
-                    (self.media[kept], self.kinds[kept]) = (self.media[k], self.kinds[k]);
-                }
-                kept += 1;
-            } else {
-                self.counts[usize::from(self.kinds[k])] -= 1;
+        self.order.clear();
+        self.order.extend((0..).zip(&self.sorted).filter(|(_, path)| worth_it(path)).map(|(number, _)| number));
+        if self.order.len() < self.sorted.len() {
+            self.outside = self.order.partition_point(|&number| usize::from(number) < self.outside);
+            self.rays.keep(&self.order);
+            for (to, &number) in self.order.iter().enumerate() {
+                self.sorted[to] = self.sorted[usize::from(number)];
+                self.media[to] = self.media[usize::from(number)];
             }
+            self.sorted.truncate(self.order.len());
+            self.media.truncate(self.order.len());
         }
-        self.paths.truncate(kept);
-        self.media.truncate(kept);
-        self.kinds.truncate(kept);
-    }
-
-    fn clear(&mut self) {
-        self.paths.clear();
-        self.media.clear();
-        self.kinds.clear();
-        self.counts = [0; 9];
     }
 }

@@ -279,6 +279,9 @@ impl<R: Recorder> Tracer<'_, R> {
         } else {
             self.onward.divide::<K, false>(scene, self.surfaces);
         }
+        for branches in [&mut level.reflected, &mut level.refracted] {
+            branches.clear();
+        }
         for k in 0..self.onward.slots.len() {
             let slot = usize::from(self.onward.slots[k]);
             let index = self.surfaces.rows().ray[slot];
@@ -299,12 +302,18 @@ impl<R: Recorder> Tracer<'_, R> {
             let onward = path(mirrored);
             if self.worth_it(&onward, RayKind::Reflection) {
                 let media = level.media.get(number);
-                level.reflected.push(&self.onward.mirrored_rays().ray(slot), onward, media, media.is_some_and(inside));
+                let direction = self.onward.mirrored_rays().ray(slot).direction;
+                level.reflected.push(slot, direction, onward, media.is_some_and(inside));
             }
             if let Some((share, beyond)) = transmit {
-                let ray = self.onward.refracted_rays().ray(slot);
-                level.refracted.push(&ray, path(share), Some(beyond), inside(beyond));
+                let direction = self.onward.refracted_rays().ray(slot).direction;
+                level.refracted.push(slot, direction, path(share), inside(beyond));
             }
+        }
+        let Level { reflected, refracted, media, beyond, .. } = level;
+        reflected.sort(self.onward.mirrored_rays(), |parent| media.get(parent));
+        if is_glass {
+            refracted.sort(self.onward.refracted_rays(), |parent| beyond[parent].as_ref());
         }
     }
 
