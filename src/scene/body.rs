@@ -1,6 +1,6 @@
 //! Shapes in their place, as loops over rays in arrays meet them.
 
-use crate::geometry::{Kernels, Ray, cone_surface_at, cuboid_surface, cylinder_surface};
+use crate::geometry::{Kernels, Ray, cuboid_surface, cylinder_surface};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A shape that is neither a mesh nor of one kind with others: every one is a type of its own, so that loops over rays
@@ -9,6 +9,9 @@ use glam::{DAffine3, DMat3, DVec3};
 /// The functions are those that single rays use; floating-point operations are neither fused nor reordered by the
 /// compiler, so every ray gets the bits that it gets alone.
 pub(super) trait Body: Copy {
+    /// Whether it has an inside, which rays that enter it must leave.
+    const IS_SOLID: bool;
+
     /// Where a ray meets it first, and which face.
     fn meet<K: Kernels>(&self, ray: &Ray) -> Option<(f64, u32)>;
 
@@ -34,6 +37,8 @@ pub(super) struct Ball {
 }
 
 impl Body for Ball {
+    const IS_SOLID: bool = true;
+
     #[inline(always)]
     fn meet<K: Kernels>(&self, ray: &Ray) -> Option<(f64, u32)> {
         whole!(K::sphere(ray, self.centre, self.radius))
@@ -47,7 +52,7 @@ impl Body for Ball {
 
 /// Shapes that are met in a space of their own.
 macro_rules! bodies {
-    ($($(#[$doc:meta])* $name:ident |$ray:ident| $hit:expr, |$point:ident, $face:ident| $normal:expr;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident, $is_solid:literal, |$ray:ident| $hit:expr, |$point:ident, $face:ident| $normal:expr;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub(super) struct $name {
@@ -58,6 +63,8 @@ macro_rules! bodies {
         }
 
         impl Body for $name {
+            const IS_SOLID: bool = $is_solid;
+
             #[inline(always)]
             fn meet<K: Kernels>(&self, ray: &Ray) -> Option<(f64, u32)> {
                 let $ray = &ray.transformed(&self.inverse);
@@ -75,20 +82,21 @@ macro_rules! bodies {
 
 bodies! {
     /// Other spheres.
-    Ellipsoid |ray| whole!(K::sphere(ray, DVec3::ZERO, 1.0)), |point, _face| point;
+    Ellipsoid, true, |ray| whole!(K::sphere(ray, DVec3::ZERO, 1.0)), |point, _face| point;
     /// A cuboid.
-    Cuboid |ray| K::cuboid(ray), |point, face| cuboid_surface(point, face).normal;
+    Cuboid, true, |ray| K::cuboid(ray), |point, face| cuboid_surface(point, face).normal;
     /// A cylinder.
-    Cylinder |ray| K::cylinder(ray), |point, face| cylinder_surface(point, face).normal;
+    Cylinder, true, |ray| K::cylinder(ray), |point, face| cylinder_surface(point, face).normal;
     /// A cone.
-    Cone |ray| K::cone(ray), |point, face| {
+    Cone, true, |ray| K::cone(ray), |point, face| {
+        // Not `cone_surface`, which the compiler left scalar.
         let rho = (point.x * point.x + point.z * point.z).sqrt();
-        cone_surface_at(point, rho, face).normal
+        if face == 0 { DVec3::new(point.x, 0.5 * rho, point.z) } else { DVec3::NEG_Y }
     };
     /// A plane.
-    Plane |ray| whole!(K::plane(ray)), |_point, _face| DVec3::Y;
+    Plane, true, |ray| whole!(K::plane(ray)), |_point, _face| DVec3::Y;
     /// A quad.
-    Quad |ray| whole!(K::quad(ray)), |_point, _face| DVec3::Y;
+    Quad, false, |ray| whole!(K::quad(ray)), |_point, _face| DVec3::Y;
 }
 
 /// Does something with the [`Body`] of an object, which each shape has a type of its own for.

@@ -93,7 +93,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         }
     }
 
-    /// Finds out how a ray passes a body.
+    /// Finds out how a ray passes a body that it meets.
     #[inline(never)]
     fn pass_one(&mut self, i: usize, ray: &Ray, body: u32) {
         let object = &self.scene.objects()[body as usize];
@@ -102,8 +102,7 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
                 let passage = with_body!(object, |body| passage::<K, _>(&body, ray, slack));
                 self.note(i, body, self.scene.transmit_of(body), passage);
             }
-            None if object.occluded::<K>(ray) => self.glass.insert(i),
-            None => {}
+            None => self.glass.insert(i),
         }
     }
 
@@ -439,7 +438,7 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         let leaf = &self.scene.geometry.leaves[block as usize];
         let (objects, ray) = (self.scene.objects(), self.packet.front.ray(i & (PACKET - 1)));
         if self.is_glass(leaf.object) {
-            if !self.glass.contains(i) {
+            if !self.glass.contains(i) && leaf.intersect::<K>(objects, &ray).is_some() {
                 self.pass_one(i, &ray, leaf.object);
             }
             return false;

@@ -43,19 +43,22 @@ pub(super) fn passage<K: Kernels, B: Body>(body: &B, ray: &Ray, slack: f64) -> P
         Some(hit) => hit,
         None => (f64::NAN, 0),
     };
-    let (far, last) = match body.meet::<K>(&Ray { t_min: near, ..*ray }) {
+    // Where it would leave, were it long enough: a ray that touches an edge enters there and never leaves.
+    let (far, last) = match body.meet::<K>(&Ray { t_min: near, t_max: f64::MAX, ..*ray }) {
         Some(hit) => hit,
         None => (f64::NAN, 0),
     };
     let (at_near, at_far) = (body.normal(ray, near, first), body.normal(ray, far, last));
     let (into, into_least) = (at_near.dot(ray.direction), GRAZING * at_near.length());
     let (out, out_least) = (at_far.dot(ray.direction), GRAZING * at_far.length());
-    let is_through = (far - near > slack) & (into < -into_least) & (out > out_least);
-    let two = if is_through { Passage::Passes } else { Passage::Grazes };
-    let enters = if into < -into_least { Passage::Enters } else { Passage::Grazes };
-    let one = if into > into_least { Passage::Leaves } else { enters };
-    let met = if far.is_nan() { one } else { two };
-    if near.is_nan() { Passage::Misses } else { met }
+    let enters = into < -into_least;
+    let once = enters & ((far > ray.t_max) | (far.is_nan() & !B::IS_SOLID));
+    let twice = enters & (out > out_least) & (far - near > slack) & (far <= ray.t_max);
+    let leaves = (into > into_least) & far.is_nan();
+    let passage = if twice { Passage::Passes } else { Passage::Grazes };
+    let passage = if once { Passage::Enters } else { passage };
+    let passage = if leaves { Passage::Leaves } else { passage };
+    if near.is_nan() { Passage::Misses } else { passage }
 }
 
 /// Tells how a range of rays pass a body.
