@@ -341,6 +341,136 @@ fn among_many_objects_rays_that_run_alike_find_what_they_find_alone() {
     std::fs::remove_file(file).ok();
 }
 
+/// Bodies of glass of all shapes, few enough to be asked one after the other: with room between them, touching face to
+/// face, or one in another.
+fn glass(seed: u64) -> SceneDesc {
+    let mut rng = SplitMix64(seed);
+    let mut d = desc(1, 1, CameraDesc::default());
+    d.materials.push(flat("white", Rgb::WHITE));
+    for (name, transmit, priority) in [("clear", 0.9, 0), ("dim", 0.7, 0), ("first", 0.9, 1)] {
+        d.materials.push(MaterialDesc { transmit, priority, ior: 1.3, ..flat(name, Rgb::WHITE) });
+    }
+    for i in 0..1 + seed % 8 {
+        let mut thing = match (i + seed / 8) % 6 {
+            0 => object(ShapeDesc::Sphere { radius: 0.4 }, "clear"),
+            1 => object(ShapeDesc::Cuboid { size: DVec3::splat(0.5) }, "clear"),
+            2 => object(ShapeDesc::Cylinder { radius: 0.25, height: 0.5 }, "clear"),
+            3 => object(ShapeDesc::Cone { radius: 0.4, height: 0.8 }, "clear"),
+            4 => object(ShapeDesc::Quad { size: glam::DVec2::splat(0.5) }, "clear"),
+            _ => ObjectDesc { scale: v(1.0, 0.6, 0.8), ..object(ShapeDesc::Sphere { radius: 0.4 }, "clear") },
+        };
+        let at = v((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64);
+        match seed / 48 % 4 {
+            // Side by side: cuboids and cylinders have common faces.
+            0 => thing.translate = at * 0.5,
+            1 => thing.translate = at * rng.range(0.0, 0.5),
+            _ => {
+                thing.translate = at * 1.2;
+                thing.rotate = v(rng.range(0.0, 360.0), rng.range(0.0, 360.0), rng.range(0.0, 360.0));
+                thing.scale *= v(rng.range(0.5, 1.2), rng.range(0.5, 1.2), rng.range(0.5, 1.2));
+            }
+        }
+        thing.material = match rng.next_u64() % 12 {
+            0 => Some("white".into()),
+            1 => Some("dim".into()),
+            2 => Some("first".into()),
+            _ => thing.material,
+        };
+        d.objects.push(thing);
+    }
+    d
+}
+
+/// Through glass, out of it, into it, and along its faces and edges.
+fn ray_at_glass(scene: &Scene, rng: &mut SplitMix64) -> Ray {
+    let mut place = |size: f64| v(rng.range(-size, size), rng.range(-size, size), rng.range(-size, size));
+    let objects = scene.objects();
+    let (from, to, far, turn) = (place(1.0), place(1.0), place(4.0), place(1.0));
+    let mut one = || &objects[rng.next_u64() as usize % objects.len()].map.forward;
+    let (a, b) = (one(), one());
+    let target = b.transform_point3(to);
+    let origin = match rng.next_u64() % 4 {
+        0 => a.transform_point3(from),
+        // Along a face or, where two are rounded, an edge.
+        1 => return Ray::new(far, (b.transform_point3(v(to.x.round(), to.y.round(), to.z)) - far).normalize()),
+        _ => far + turn,
+    };
+    let ray = Ray::new(origin, (target - origin).normalize());
+    let t_max = if rng.next_u64().is_multiple_of(3) { origin.distance(target) } else { ray.t_max };
+    Ray { t_max, ..ray }
+}
+
+/// The part of the light that gets along a ray, surface by surface: the product of the k_t of all that change the
+/// medium, where those that touch are taken together.
+fn followed(scene: &Scene, ray: &Ray) -> f64 {
+    let (mut ray, mut part, mut media) = (*ray, 1.0, scene.media_at(ray.origin));
+    while let Some(first) = brute_force(scene, &ray) {
+        let touching = 1e-9;
+        let near = Ray { t_min: (first.t - touching).max(ray.t_min), t_max: first.t + touching, ..ray };
+        let (before, mut passed) = (media, 1.0);
+        for (index, object) in (0..).zip(scene.objects()) {
+            let Some(hit) = object.intersect::<Robust>(&near, index) else { continue };
+            let material = scene.material_of(index, hit.primitive);
+            passed *= scene.materials[material as usize].transmit;
+            media.cross(scene, index, material, scene.facet::<Robust>(&ray, &hit).entering);
+        }
+        if before == media || before.filling(scene) != media.filling(scene) {
+            part *= passed;
+        }
+        ray.t_min = first.t + touching;
+    }
+    part
+}
+
+#[test]
+fn what_is_counted_of_glass_in_a_small_scene_is_what_following_the_ray_finds() {
+    let mut scratch = PacketScratch::default();
+    for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+        // By what they are told to have in the way; how many of them start inside.
+        let (mut ways, mut inside_ways) = ([0; 4], [0; 4]);
+        for seed in 0..192 {
+            let scene = compile_for(&glass(seed), None, isa).unwrap();
+            let mut rng = SplitMix64(seed);
+            let rays: Vec<Ray> = (0..203).map(|_| ray_at_glass(&scene, &mut rng)).collect();
+            let inside: Vec<Inside> = rays.iter().map(|ray| scene.media_at(ray.origin).inside()).collect();
+            let mut seen = vec![Way::Unknown; rays.len()];
+            let mut check = |seen: &[Way], what: &str| {
+                for ((ray, seen), inside) in rays.iter().zip(seen).zip(&inside) {
+                    let what = format!("{} {what} {seed} {ray:?} {inside:?}", isa.name());
+                    let mut glass = Vec::new();
+                    let blocked = scene.blocked::<Robust>(ray, &mut glass);
+                    match *seen {
+                        Way::Blocked => assert!(blocked, "{what}"),
+                        Way::Clear => assert!(!blocked && glass.is_empty(), "{what}"),
+                        Way::Part(part) => {
+                            assert!(!blocked && !glass.is_empty(), "{what}");
+                            assert_eq!(part, followed(&scene, ray), "{what}");
+                        }
+                        Way::Glass => assert!(!blocked && !glass.is_empty(), "{what}"),
+                        Way::Unknown => panic!("{what}: nothing was found out"),
+                    }
+                    let kind = match seen {
+                        Way::Clear => 0,
+                        Way::Blocked => 1,
+                        Way::Part(_) => 2,
+                        _ => 3,
+                    };
+                    ways[kind] += 1;
+                    inside_ways[kind] += u32::from(*inside != Inside::Nothing);
+                }
+            };
+            scene.look_along_packet::<Robust>(&rays, &inside, &mut seen, &mut scratch);
+            check(&seen, "robust");
+            scene.look_along_packet::<Reference>(&rays, &inside, &mut seen, &mut scratch);
+            check(&seen, "reference");
+            scene.look_along_packet::<Fast>(&rays, &inside, &mut seen, &mut scratch);
+            assert!(!seen.iter().any(|seen| matches!(seen, Way::Part(_))), "{seed}: what f32 finds is followed");
+        }
+        println!("{} {ways:?} {inside_ways:?}", isa.name());
+        assert!(ways.iter().all(|&n| n > 1000) && inside_ways[2] > 1000, "{ways:?}, {inside_ways:?} from inside");
+    }
+}
+
 #[test]
 fn the_way_out_of_a_body_is_what_the_whole_scene_says() {
     let mut rng = SplitMix64(31);

@@ -12,13 +12,14 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
 
-use super::front::{DONE, Keep};
+use super::body::{Ball, with_body};
+use super::front::{DONE, Front, Keep};
 use super::leaf::Leaf;
 use super::packet::{Packet, Way, meet_shape, runs};
-use super::through::{MISSES, PASSES, Pass, Walls, leave_ball, pass_ball};
+use super::through::{Passage, Passing, passage};
 use super::{Inside, Scene, Shape};
 use crate::bvh::{BallRows, Beam, Ends, Near, PACKET, PacketVisitor, RaySet, Room, Slabs, TreeKernels, Wide, each_bit};
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, Ray, leaves_sphere};
 use glam::DVec3;
 use std::cell::{RefCell, RefMut};
 use std::marker::PhantomData;
@@ -86,20 +87,20 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
 
     /// Notes how a ray passes a body that may let light through.
     #[inline(always)]
-    fn note(&mut self, i: usize, body: u32, transmit: f64, pass: Pass) {
-        if !self.packet.tally.note(i, body, transmit, pass) {
+    fn note(&mut self, i: usize, body: u32, transmit: f64, passage: Passage) {
+        if !self.packet.tally.note(i, body, transmit, passage) {
             self.glass.insert(i);
         }
     }
 
     /// Finds out how a ray passes a body that it meets.
     #[inline(never)]
-    fn pass_one(&mut self, i: usize, ray: &Ray, near: &Hit) {
-        let body = near.object;
+    fn pass_one(&mut self, i: usize, ray: &Ray, body: u32) {
+        let object = &self.scene.objects()[body as usize];
         match self.scene.slack_of(body, self.farthest) {
             Some(slack) => {
-                let pass = self.scene.pass_one::<K>(ray, near, slack);
-                self.note(i, body, self.scene.transmit_of(body), pass);
+                let passage = with_body!(object, |body| passage::<K, _>(&body, ray, slack));
+                self.note(i, body, self.scene.transmit_of(body), passage);
             }
             None => self.glass.insert(i),
         }
@@ -109,27 +110,17 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
     #[inline(never)]
     fn pass(&mut self, index: u32, slack: f64, at: usize, lanes: usize, mut asked: u32) {
         let scene = self.scene;
-        let object = &scene.objects()[index as usize];
-        let transmit = scene.transmit_of(index);
-        let is_cuboid = matches!(object.shape, Shape::Cuboid);
-        let packet: &mut Packet = &mut self.packet;
-        if is_cuboid {
-            let (inverse, axes, kernels) = (object.map.inverse, &object.axes, PhantomData::<K>);
-            let walls = Walls { range: at..at + lanes, inverse, axes, slack, kernels };
-            scene.geometry.tree.run(walls, &packet.front, &mut packet.near);
-        }
+        let (object, transmit) = (&scene.objects()[index as usize], scene.transmit_of(index));
+        let (range, kernels) = (at..at + lanes, PhantomData::<K>);
+        let Packet { front, passages, .. } = &mut **self.packet;
+        with_body!(object, |body| {
+            scene.geometry.tree.run(Passing { range, body, slack, kernels }, front, passages);
+        });
         while asked != 0 {
             let i = at + asked.trailing_zeros() as usize;
             asked &= asked - 1;
-            if is_cuboid {
-                let pass = self.packet.near[i];
-                self.note(i, index, transmit, pass);
-            } else {
-                let ray = self.packet.front.ray(i);
-                if let Some(near) = object.intersect::<K>(&ray, index) {
-                    self.pass_one(i, &ray, &near);
-                }
-            }
+            let passage = self.packet.passages[i];
+            self.note(i, index, transmit, passage);
         }
     }
 
@@ -271,10 +262,13 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         let Some(slack) = slack else {
             let mut met = surely;
             for part in 0..W::LANES / 8 {
-                let eight = (maybe >> (8 * part)) as u8 & !leave_ball(&self.packet.front, at + 8 * part, ball);
+                let at = at + 8 * part;
+                let eight = (maybe >> (8 * part)) as u8 & !leave_ball(&self.packet.front, at, ball);
                 if eight != 0 {
-                    let passes = pass_ball::<K>(&self.packet.front, at + 8 * part, ball, 0.0);
-                    each_bit(eight.into(), |k| met |= u32::from(passes[k] != MISSES) << (8 * part + k));
+                    let passages = self.eight(at, ball, 0.0);
+                    each_bit(eight.into(), |k| {
+                        met |= u32::from(passages[k & 7] != Passage::Misses) << (8 * part + k);
+                    });
                 }
             }
             while met != 0 {
@@ -286,17 +280,40 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         let transmit = self.scene.transmit_of(object);
         for part in 0..W::LANES / 8 {
             let at = at + 8 * part;
-            each_bit(u64::from((through >> (8 * part)) as u8), |k| self.note(at + k, object, transmit, PASSES));
+            each_bit(u64::from((through >> (8 * part)) as u8), |k| {
+                self.note(at + k, object, transmit, Passage::Passes)
+            });
             let mut eight = ((maybe & !through) >> (8 * part)) as u8;
             if eight != 0 {
                 eight &= !leave_ball(&self.packet.front, at, ball);
             }
             if eight != 0 {
-                let passes = pass_ball::<K>(&self.packet.front, at, ball, slack);
-                each_bit(eight.into(), |k| self.note(at + k, object, transmit, passes[k]));
+                let passages = self.eight(at, ball, slack);
+                each_bit(eight.into(), |k| self.note(at + k, object, transmit, passages[k & 7]));
             }
         }
     }
+
+    /// How eight rays pass a ball.
+    #[inline(always)]
+    fn eight(&self, at: usize, (centre, radius): (DVec3, f64), slack: f64) -> [Passage; 8] {
+        let (body, front) = (Ball { centre, radius }, &self.packet.front);
+        let mut passages = [Passage::Misses; 8];
+        for k in 0..8 {
+            passages[k] = passage::<K, _>(&body, &front.ray(at + k), slack);
+        }
+        passages
+    }
+}
+
+/// Tells which of eight rays do not meet a ball since they come from it.
+#[inline(always)]
+fn leave_ball(front: &Front, at: usize, (centre, radius): (DVec3, f64)) -> u8 {
+    let mut leaving = [false; 8];
+    for k in 0..8 {
+        leaving[k] = leaves_sphere(&front.ray(at + k), centre, radius);
+    }
+    (0..8).fold(0, |bits, k| bits | u8::from(leaving[k]) << k)
 }
 
 impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH> {
@@ -334,9 +351,9 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         self.farthest = farthest;
         if SEARCH == OPAQUE {
             let tally = &mut self.packet.tally;
-            tally.clear(filled);
+            tally.begin(filled);
             for i in 0..together.count.min(PACKET) {
-                tally.inside[i] = self.inside[usize::from(together.number[i])];
+                tally.start(i, self.inside[usize::from(together.number[i])]);
             }
         }
         let front = &mut self.packet.front;
@@ -421,10 +438,8 @@ impl<'a, K: TreeKernels, const SEARCH: u8> PacketVisitor for Crowd<'a, K, SEARCH
         let leaf = &self.scene.geometry.leaves[block as usize];
         let (objects, ray) = (self.scene.objects(), self.packet.front.ray(i & (PACKET - 1)));
         if self.is_glass(leaf.object) {
-            if !self.glass.contains(i)
-                && let Some(near) = leaf.intersect::<K>(objects, &ray)
-            {
-                self.pass_one(i, &ray, &near);
+            if !self.glass.contains(i) && leaf.intersect::<K>(objects, &ray).is_some() {
+                self.pass_one(i, &ray, leaf.object);
             }
             return false;
         }

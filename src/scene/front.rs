@@ -2,9 +2,10 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
+use super::body::Body;
 use crate::bvh::Task;
 use crate::geometry::{Hit, Kernels, Ray};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -41,6 +42,20 @@ impl Front {
         let [dx, dy, dz] = [self.direction[0][i], self.direction[1][i], self.direction[2][i]];
         let (origin, direction) = (DVec3::new(ox, oy, oz), DVec3::new(dx, dy, dz));
         Ray { origin, direction, t_min: self.t_min[i], t_max: self.limit[i] }
+    }
+
+    /// The largest coordinate of the origins of the first rays; their number is rounded up to whole groups of eight.
+    pub fn farthest(&self, count: usize) -> f64 {
+        let mut largest = [0.0; 8];
+        for axis in &self.origin {
+            for coordinates in axis[..count.min(CAPACITY).next_multiple_of(8)].as_chunks::<8>().0 {
+                for k in 0..8 {
+                    let x = coordinates[k].abs();
+                    largest[k] = if x > largest[k] { x } else { largest[k] };
+                }
+            }
+        }
+        largest.into_iter().fold(0.0, f64::max)
     }
 }
 
@@ -89,63 +104,27 @@ pub(super) fn passes(ray: &Ray, centre: DVec3, radius: f64, error: f64) -> bool 
     !((n.length_squared() > reach2 * d2) | past)
 }
 
-/// Tasks that find where rays meet a shape. One a shape, so that each is a loop of its own: the compiler left one with
-/// all shapes scalar but for two divisions. The functions are those that single rays use; floating-point operations are
-/// neither fused nor reordered by the compiler, so every ray gets the bits that it gets alone.
-macro_rules! tasks {
-    ($($(#[$doc:meta])* $name:ident { $($field:ident: $type:ty),* } |$ray:ident| $test:expr;)*) => {$(
-        $(#[$doc])*
-        pub(super) struct $name<K> {
-            pub range: Range<usize>,
-            $(pub $field: $type,)*
-            pub kernels: PhantomData<K>,
-        }
-
-        impl<K: Kernels> Task for $name<K> {
-            type Input = Front;
-            type Output = Met;
-
-            #[inline(always)]
-            #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default)] // `Option::map` and the like are not inlined always.
-            fn run(self, front: &Front, met: &mut Met) {
-                let $name { range, $($field,)* kernels: _ } = self;
-                for i in range.start..range.end.min(CAPACITY) {
-                    let $ray = front.ray(i);
-                    (met.t[i], met.primitive[i]) = match $test {
-                        Some((t, primitive)) => (t, primitive),
-                        None => (f64::NAN, 0),
-                    };
-                }
-            }
-        }
-    )*};
+/// Finds where rays meet a shape.
+pub(super) struct Meet<B, K> {
+    pub range: Range<usize>,
+    pub body: B,
+    pub kernels: PhantomData<K>,
 }
 
-/// The hit of a shape that has one face only.
-macro_rules! whole {
-    ($t:expr) => {
-        match $t {
-            Some(t) => Some((t, 0)),
-            None => None,
-        }
-    };
-}
+impl<B: Body, K: Kernels> Task for Meet<B, K> {
+    type Input = Front;
+    type Output = Met;
 
-tasks! {
-    /// Balls, met in world space.
-    Balls { centre: DVec3, radius: f64 } |ray| whole!(K::sphere(&ray, centre, radius));
-    /// Other spheres.
-    Ellipsoids { inverse: DAffine3 } |ray| whole!(K::sphere(&ray.transformed(&inverse), DVec3::ZERO, 1.0));
-    /// Cuboids.
-    Cuboids { inverse: DAffine3 } |ray| K::cuboid(&ray.transformed(&inverse));
-    /// Cylinders.
-    Cylinders { inverse: DAffine3 } |ray| K::cylinder(&ray.transformed(&inverse));
-    /// Cones.
-    Cones { inverse: DAffine3 } |ray| K::cone(&ray.transformed(&inverse));
-    /// Planes.
-    Planes { inverse: DAffine3 } |ray| whole!(K::plane(&ray.transformed(&inverse)));
-    /// Quads.
-    Quads { inverse: DAffine3 } |ray| whole!(K::quad(&ray.transformed(&inverse)));
+    #[inline(always)]
+    fn run(self, front: &Front, met: &mut Met) {
+        let Meet { range, body, kernels: _ } = self;
+        for i in range.start..range.end.min(CAPACITY) {
+            (met.t[i], met.primitive[i]) = match body.meet::<K>(&front.ray(i)) {
+                Some((t, face)) => (t, face),
+                None => (f64::NAN, 0),
+            };
+        }
+    }
 }
 
 /// Takes the hits with an object that are the best so far; if any will do, ends the rays that have one.

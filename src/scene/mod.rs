@@ -1,5 +1,6 @@
 //! What rays meet: indices, boxes and trees, compiled from a description.
 
+mod body;
 mod bound;
 mod camera;
 mod clearance;

@@ -9,11 +9,10 @@
 //! in the leaves, tested at once in f32 before the formula: for single rays 0.98 on the sphereflake, but 1.05 on the
 //! terrain and on the field of glass, where the ray is prepared for few balls.
 
+use super::body::with_body;
 use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
-use super::front::{
-    Balls, CAPACITY, Cones, Cuboids, Cylinders, DONE, Ellipsoids, Front, Keep, Met, Pass, Planes, Quads,
-};
-use super::through::Tally;
+use super::front::{CAPACITY, DONE, Front, Keep, Meet, Met, Pass};
+use super::through::{Passage, Tally};
 use super::{Inside, Mesh, Object, Scene, Shape};
 use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RaySet, Rays, Room, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
@@ -59,6 +58,8 @@ pub(super) struct Packet {
     pub near: [u8; CAPACITY],
     /// Where they do.
     pub met: Met,
+    /// How they pass it.
+    pub passages: [Passage; CAPACITY],
     /// Those that are near a mesh, in its space, and their numbers.
     rays: Vec<Ray>,
     numbers: Vec<usize>,
@@ -85,6 +86,7 @@ impl Packet {
             corners: [[0.0; 2]; CAPACITY],
             near: [0; CAPACITY],
             met: Met { t: zero, primitive: none },
+            passages: [Passage::Misses; CAPACITY],
             rays: Vec::with_capacity(CAPACITY),
             numbers: Vec::with_capacity(CAPACITY),
             in_mesh: PacketRoom::default(),
@@ -214,17 +216,8 @@ pub(super) fn meet_shape<K: TreeKernels>(
     front: &Front,
     met: &mut Met,
 ) {
-    let (inverse, kernels) = (object.map.inverse, PhantomData::<K>);
-    match object.shape {
-        Shape::Ball { centre, radius } => tree.run(Balls { range, centre, radius, kernels }, front, met),
-        Shape::Ellipsoid => tree.run(Ellipsoids { range, inverse, kernels }, front, met),
-        Shape::Cuboid => tree.run(Cuboids { range, inverse, kernels }, front, met),
-        Shape::Cylinder => tree.run(Cylinders { range, inverse, kernels }, front, met),
-        Shape::Cone => tree.run(Cones { range, inverse, kernels }, front, met),
-        Shape::Plane => tree.run(Planes { range, inverse, kernels }, front, met),
-        Shape::Quad => tree.run(Quads { range, inverse, kernels }, front, met),
-        Shape::Mesh(_) => unreachable!("meshes are met ray by ray"),
-    }
+    let kernels = PhantomData::<K>;
+    with_body!(object, |body| tree.run(Meet { range, body, kernels }, front, met));
 }
 
 /// Calls `visit` with the runs of groups in which any ray is marked.
@@ -357,21 +350,7 @@ impl Scene {
         }
         let packet = scratch.packet.get_or_insert_with(Packet::new);
         let count = packet.load(rays);
-        // What ends a ray for good comes first.
-        for transparent in [false, true] {
-            for (index, object) in (0..).zip(self.objects()) {
-                if self.may_transmit(index) == transparent {
-                    self.meet::<K, true>(packet, count, index, object);
-                }
-            }
-        }
-        for (way, &met) in ways.iter_mut().zip(&packet.front.object[..rays.count()]) {
-            *way = match met {
-                u32::MAX => Way::Clear,
-                object if self.may_transmit(object) => Way::Glass,
-                _ => Way::Blocked,
-            };
-        }
+        self.look_along_few::<K>(packet, count, &inside[..rays.count()], &mut ways[..rays.count()]);
     }
 
     /// Whether all objects are asked one after the other, with no tree: quicker for few.
@@ -379,22 +358,28 @@ impl Scene {
         self.geometry.objects.len() <= FEW
     }
 
+    /// Finds out which rays of a packet may meet an object.
+    pub(super) fn near_in_packet(&self, packet: &mut Packet, count: usize, index: u32, object: &Object) {
+        let (centre, radius) = self.geometry.spheres[index as usize];
+        if radius < f64::INFINITY {
+            let pass = Pass { count, centre, radius, error: object.error_scale };
+            self.geometry.tree.run(pass, &packet.front, &mut packet.near);
+        } else {
+            packet.near[..count].fill(1);
+        }
+    }
+
     /// Meets a packet with one object.
-    fn meet<K: TreeKernels, const ANY_HIT: bool>(
+    pub(super) fn meet<K: TreeKernels, const ANY_HIT: bool>(
         &self,
         packet: &mut Packet,
         count: usize,
         index: u32,
         object: &Object,
     ) {
+        self.near_in_packet(packet, count, index, object);
         let tree = &self.geometry.tree;
         let Packet { front, near, met, .. } = packet;
-        let (centre, radius) = self.geometry.spheres[index as usize];
-        if radius < f64::INFINITY {
-            tree.run(Pass { count, centre, radius, error: object.error_scale }, front, near);
-        } else {
-            near[..count].fill(1);
-        }
         if let Shape::Mesh(mesh) = &object.shape {
             return packet.meet_mesh::<K, ANY_HIT>(count, index, object, mesh);
         }

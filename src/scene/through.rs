@@ -7,31 +7,81 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
 
+use super::body::{Body, with_body};
 use super::front::{CAPACITY, Front};
-use super::packet::Way;
+use super::packet::{Packet, Way, runs};
 use super::{Inside, Scene};
 use crate::bvh::{Task, TreeKernels};
-use crate::geometry::{Hit, Ray, leaves_sphere};
-use glam::{DAffine3, DVec3};
+use crate::geometry::{Kernels, Ray};
 use std::marker::PhantomData;
 use std::ops::Range;
 
 /// What a ray does with a convex body.
-pub(super) type Pass = u8;
-
-/// It does not meet it.
-pub(super) const MISSES: Pass = 0;
-/// It starts inside.
-pub(super) const LEAVES: Pass = 1;
-/// It ends inside.
-pub(super) const ENTERS: Pass = 2;
-/// It goes in and out again.
-pub(super) const PASSES: Pass = 3;
-/// It can not be told: it grazes the surface, or is inside for too short a way.
-pub(super) const GRAZES: Pass = 4;
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Passage {
+    /// It does not meet it.
+    Misses,
+    /// It starts inside.
+    Leaves,
+    /// It ends inside, or the body is a quad.
+    Enters,
+    /// It goes in and out again.
+    Passes,
+    /// It can not be told: it grazes the surface, or is inside for too short a way.
+    Grazes,
+}
 
 /// Cosines to the normal below this are grazing, so that the sign of no other is in doubt.
 const GRAZING: f64 = 1.0 / 256.0;
+
+/// How a ray of unit direction passes a body. `slack`: ways inside that are shorter count as grazing.
+#[inline(always)]
+#[allow(clippy::manual_unwrap_or)] // `Option::unwrap_or` is not inlined always.
+pub(super) fn passage<K: Kernels, B: Body>(body: &B, ray: &Ray, slack: f64) -> Passage {
+    let (near, first) = match body.meet::<K>(ray) {
+        Some(hit) => hit,
+        None => (f64::NAN, 0),
+    };
+    // Where it would leave, were it long enough: a ray that touches an edge enters there and never leaves.
+    let (far, last) = match body.meet::<K>(&Ray { t_min: near, t_max: f64::MAX, ..*ray }) {
+        Some(hit) => hit,
+        None => (f64::NAN, 0),
+    };
+    let (at_near, at_far) = (body.normal(ray, near, first), body.normal(ray, far, last));
+    let (into, into_least) = (at_near.dot(ray.direction), GRAZING * at_near.length());
+    let (out, out_least) = (at_far.dot(ray.direction), GRAZING * at_far.length());
+    let enters = into < -into_least;
+    let once = enters & ((far > ray.t_max) | (far.is_nan() & !B::IS_SOLID));
+    let twice = enters & (out > out_least) & (far - near > slack) & (far <= ray.t_max);
+    let leaves = (into > into_least) & far.is_nan();
+    let passage = if twice { Passage::Passes } else { Passage::Grazes };
+    let passage = if once { Passage::Enters } else { passage };
+    let passage = if leaves { Passage::Leaves } else { passage };
+    if near.is_nan() { Passage::Misses } else { passage }
+}
+
+/// Tells how a range of rays pass a body.
+pub(super) struct Passing<B, K> {
+    pub range: Range<usize>,
+    pub body: B,
+    /// See [`passage`].
+    pub slack: f64,
+    pub kernels: PhantomData<K>,
+}
+
+impl<B: Body, K: Kernels> Task for Passing<B, K> {
+    type Input = Front;
+    type Output = [Passage; CAPACITY];
+
+    #[inline(always)]
+    fn run(self, front: &Front, passages: &mut [Passage; CAPACITY]) {
+        let Passing { range, body, slack, kernels: _ } = self;
+        for i in range.start..range.end.min(CAPACITY) {
+            passages[i] = passage::<K, B>(&body, &front.ray(i), slack);
+        }
+    }
+}
 
 /// What rays have passed so far.
 #[derive(Debug)]
@@ -40,180 +90,138 @@ pub(super) struct Tally {
     crossed: [u16; CAPACITY],
     /// The k_t of all of them.
     transmit: [f64; CAPACITY],
-    /// What the ray starts in and has not left.
-    pub inside: [Inside; CAPACITY],
+    /// What the ray starts in and has not left: a body, [`NOTHING`] or [`SEVERAL`].
+    inside: [u32; CAPACITY],
+    /// 1 where what gets through can not be told.
+    lost: [u8; CAPACITY],
 }
+
+const NOTHING: u32 = u32::MAX;
+const SEVERAL: u32 = u32::MAX - 1;
+
+/// More surfaces are not counted.
+const MOST_CROSSED: u16 = 1000;
 
 impl Tally {
     pub const NEW: Self =
-        Self { crossed: [0; CAPACITY], transmit: [0.0; CAPACITY], inside: [Inside::Nothing; CAPACITY] };
+        Self { crossed: [0; CAPACITY], transmit: [0.0; CAPACITY], inside: [NOTHING; CAPACITY], lost: [0; CAPACITY] };
 
-    /// Forgets the rays before.
+    /// Begins with new rays.
     #[inline(always)]
-    pub fn clear(&mut self, count: usize) {
-        self.crossed[..count.min(CAPACITY)].fill(0);
+    pub fn begin(&mut self, count: usize) {
+        let count = count.min(CAPACITY);
+        self.crossed[..count].fill(0);
+        self.lost[..count].fill(0);
+        self.inside[..count].fill(NOTHING);
     }
 
-    /// Notes that a ray passes a body of this k_t. False if what gets through can not be told any more.
+    /// Says what a ray starts in.
     #[inline(always)]
-    pub fn note(&mut self, i: usize, body: u32, transmit: f64, pass: Pass) -> bool {
-        let i = i % CAPACITY;
-        let crossed = match pass {
-            MISSES => return true,
-            LEAVES | ENTERS => 1,
-            PASSES => 2,
-            _ => return false,
+    pub fn start(&mut self, i: usize, inside: Inside) {
+        self.inside[i % CAPACITY] = match inside {
+            Inside::Nothing => NOTHING,
+            Inside::One(body) => body,
+            Inside::Several => SEVERAL,
         };
-        if self.crossed[i] == 0 {
-            self.transmit[i] = transmit;
-        } else if self.transmit[i] != transmit || self.crossed[i] > 1000 {
-            return false;
-        }
-        self.crossed[i] += crossed;
-        if pass == LEAVES && self.inside[i] == Inside::One(body) {
-            self.inside[i] = Inside::Nothing;
-        }
-        true
+    }
+
+    /// Notes how a ray passes a body of this k_t. False if what gets through can not be told any more.
+    #[inline(always)]
+    pub fn note(&mut self, i: usize, body: u32, transmit: f64, passage: Passage) -> bool {
+        let i = i % CAPACITY;
+        let before = self.crossed[i];
+        let once = (passage == Passage::Leaves) | (passage == Passage::Enters);
+        let surfaces = if once { 1 } else { 0 } + if passage == Passage::Passes { 2 } else { 0 };
+        let other = (before != 0) & ((self.transmit[i] != transmit) | (before > MOST_CROSSED));
+        self.lost[i] |= u8::from((passage == Passage::Grazes) | ((surfaces != 0) & other));
+        self.transmit[i] = if surfaces != 0 { transmit } else { self.transmit[i] };
+        self.crossed[i] = before + surfaces;
+        let has_left = (passage == Passage::Leaves) & (self.inside[i] == body);
+        self.inside[i] = if has_left { NOTHING } else { self.inside[i] };
+        self.lost[i] == 0
     }
 
     /// What is in the way of a ray, where nothing opaque is and all that it passes has been noted.
     #[inline(always)]
     pub fn way(&self, i: usize) -> Way {
         let i = i % CAPACITY;
-        match (self.crossed[i], self.inside[i]) {
-            (0, _) => Way::Clear,
+        match (self.lost[i], self.crossed[i], self.inside[i]) {
+            (0, 0, _) => Way::Clear,
             // Surfaces are multiplied as they are one after the other.
-            (crossed, Inside::Nothing) => Way::Part((0..crossed).fold(1.0, |part, _| part * self.transmit[i])),
+            (0, crossed, NOTHING) => Way::Part((0..crossed).fold(1.0, |part, _| part * self.transmit[i])),
             _ => Way::Glass,
         }
     }
 }
 
-/// Tells how eight rays pass a ball. `slack`: ways inside that are shorter count as grazing.
-#[inline(always)]
-#[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default)] // `Option::map` and the like are not inlined always.
-pub(super) fn pass_ball<K: TreeKernels>(
-    front: &Front,
-    at: usize,
-    (centre, radius): (DVec3, f64),
-    slack: f64,
-) -> [Pass; 8] {
-    let (mut near, mut far, mut side) = ([0.0; 8], [0.0; 8], [0.0; 8]);
-    for k in 0..8 {
-        near[k] = match K::sphere(&front.ray(at + k), centre, radius) {
-            Some(t) => t,
-            None => f64::NAN,
-        };
-    }
-    for k in 0..8 {
-        let ray = front.ray(at + k);
-        far[k] = match K::sphere(&Ray { t_min: near[k], ..ray }, centre, radius) {
-            Some(t) => t,
-            None => f64::NAN,
-        };
-        side[k] = (ray.at(near[k]) - centre).dot(ray.direction);
-    }
-    let mut passes = [GRAZES; 8];
-    for k in 0..8 {
-        let (way, steep) = (far[k] - near[k], 2.0 * GRAZING * radius);
-        passes[k] = if near[k].is_nan() {
-            MISSES
-        } else if !far[k].is_nan() {
-            if way > slack && way > steep { PASSES } else { GRAZES }
-        } else if side[k] > steep {
-            LEAVES
-        } else if side[k] < -steep {
-            ENTERS
-        } else {
-            GRAZES
-        };
-    }
-    passes
+/// Notes how a range of rays pass a body.
+struct Note {
+    range: Range<usize>,
+    body: u32,
+    transmit: f64,
 }
 
-/// Tells which of eight rays do not meet a ball since they come from it.
-#[inline(always)]
-pub(super) fn leave_ball(front: &Front, at: usize, (centre, radius): (DVec3, f64)) -> u8 {
-    let mut leaving = [false; 8];
-    for k in 0..8 {
-        leaving[k] = leaves_sphere(&front.ray(at + k), centre, radius);
-    }
-    (0..8).fold(0, |bits, k| bits | u8::from(leaving[k]) << k)
-}
-
-/// Tells how a range of rays pass a cuboid.
-pub(super) struct Walls<'a, K> {
-    pub range: Range<usize>,
-    pub inverse: DAffine3,
-    /// Normals of its faces in world space.
-    pub axes: &'a [DVec3; 3],
-    /// Ways inside that are shorter count as grazing.
-    pub slack: f64,
-    pub kernels: PhantomData<K>,
-}
-
-impl<K: TreeKernels> Task for Walls<'_, K> {
-    type Input = Front;
-    type Output = [Pass; CAPACITY];
+impl Task for Note {
+    type Input = [Passage; CAPACITY];
+    type Output = Tally;
 
     #[inline(always)]
-    #[allow(clippy::manual_unwrap_or, clippy::manual_unwrap_or_default)] // As above.
-    fn run(self, front: &Front, passes: &mut [Pass; CAPACITY]) {
-        let Walls { range, inverse, axes, slack, kernels: _ } = self;
-        let axes = *axes;
+    fn run(self, passages: &[Passage; CAPACITY], tally: &mut Tally) {
+        let Note { range, body, transmit } = self;
         for i in range.start..range.end.min(CAPACITY) {
-            let ray = front.ray(i);
-            let local = ray.transformed(&inverse);
-            let (near, first) = match K::cuboid(&local) {
-                Some((t, face)) => (t, face),
-                None => (f64::NAN, 0),
-            };
-            let (far, last) = match K::cuboid(&Ray { t_min: near, ..local }) {
-                Some((t, face)) => (t, face),
-                None => (f64::NAN, 0),
-            };
-            let outward = |face: u32| {
-                let [x, y, z] = [ray.direction.dot(axes[0]), ray.direction.dot(axes[1]), ray.direction.dot(axes[2])];
-                let along = if face < 2 {
-                    x
-                } else if face < 4 {
-                    y
-                } else {
-                    z
-                };
-                if face & 1 == 0 { -along } else { along }
-            };
-            let (into, out) = (outward(first), outward(last));
-            let through = (far - near > slack) & (into < -GRAZING) & (out > GRAZING);
-            let one = if into > GRAZING {
-                LEAVES
-            } else if into < -GRAZING {
-                ENTERS
-            } else {
-                GRAZES
-            };
-            let two = if through { PASSES } else { GRAZES };
-            let met = if far.is_nan() { one } else { two };
-            passes[i] = if near.is_nan() { MISSES } else { met };
+            tally.note(i, body, transmit, passages[i]);
         }
     }
 }
 
 impl Scene {
-    /// Tells how one ray passes a convex body that it meets. `slack`: ways inside that are shorter count as grazing.
-    pub(super) fn pass_one<K: TreeKernels>(&self, ray: &Ray, near: &Hit, slack: f64) -> Pass {
-        let object = &self.objects()[near.object as usize];
-        let cosine = |facet: &super::Facet| facet.normal.dot(ray.direction).abs();
-        let first = self.facet::<K>(ray, near);
-        if cosine(&first) < GRAZING {
-            return GRAZES;
+    /// What is in the way of the rays of a packet in a scene of few objects. `inside`: what they start in.
+    pub(super) fn look_along_few<K: TreeKernels>(
+        &self,
+        packet: &mut Packet,
+        count: usize,
+        inside: &[Inside],
+        ways: &mut [Way],
+    ) {
+        packet.tally.begin(count);
+        for (i, &inside) in inside.iter().enumerate() {
+            packet.tally.start(i, inside);
         }
-        let Some(far) = object.intersect::<K>(&Ray { t_min: near.t, ..*ray }, near.object) else {
-            return if first.entering { ENTERS } else { LEAVES };
-        };
-        let last = self.facet::<K>(ray, &far);
-        let through = far.t - near.t > slack && first.entering && !last.entering && cosine(&last) >= GRAZING;
-        if through { PASSES } else { GRAZES }
+        let farthest = packet.front.farthest(count);
+        // What ends a ray for good comes first.
+        for transparent in [false, true] {
+            for (index, object) in
+                (0..).zip(self.objects()).filter(|(index, _)| self.may_transmit(*index) == transparent)
+            {
+                // Where what is found depends on the way to it, rays are followed through all glass.
+                let slack = if transparent && K::CONSERVATIVE { self.slack_of(index, farthest) } else { None };
+                match slack {
+                    Some(slack) => self.pass::<K>(packet, count, index, slack),
+                    None => self.meet::<K, true>(packet, count, index, object),
+                }
+            }
+        }
+        for (i, (way, &met)) in ways.iter_mut().zip(&packet.front.object).enumerate() {
+            *way = match met {
+                u32::MAX => packet.tally.way(i),
+                object if self.may_transmit(object) => Way::Glass,
+                _ => Way::Blocked,
+            };
+        }
+    }
+
+    /// Notes how the rays of a packet pass a body. `slack`: the body's.
+    fn pass<K: TreeKernels>(&self, packet: &mut Packet, count: usize, index: u32, slack: f64) {
+        let object = &self.objects()[index as usize];
+        self.near_in_packet(packet, count, index, object);
+        let (tree, transmit, kernels) = (&self.geometry.tree, self.transmit_of(index), PhantomData::<K>);
+        let Packet { front, near, passages, tally, .. } = packet;
+        runs(&near[..count], |range| {
+            with_body!(object, |body| {
+                tree.run(Passing { range: range.clone(), body, slack, kernels }, front, passages);
+            });
+            tree.run(Note { range, body: index, transmit }, passages, tally);
+        });
     }
 
     /// If nothing comes near a body: how far in t other surfaces are looked for around a place where a ray crosses it,
