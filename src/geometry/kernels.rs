@@ -3,6 +3,7 @@
 use super::interaction::refract;
 use super::ray::Ray;
 use super::{cone, cuboid, cylinder, plane, sphere};
+use crate::math::pow;
 use glam::DVec3;
 
 /// How shapes are met and how rays start from surfaces; boxes and triangles follow in `bvh`. The methods of one preset
@@ -71,8 +72,11 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     }
 
     /// (v, r)^s, 0 where the two point away from each other.
+    #[inline(always)]
     fn highlight(cosine: f64, shininess: f64) -> f64 {
-        if cosine > 0.0 { cosine.min(1.0).powf(shininess) } else { 0.0 }
+        let within = if cosine > f64::MIN_POSITIVE { cosine } else { f64::MIN_POSITIVE };
+        let power = pow(if within < 1.0 { within } else { 1.0 }, shininess);
+        if cosine > 0.0 { power } else { 0.0 }
     }
 }
 

@@ -1,8 +1,9 @@
-//! Colour, hashing, sample sequences and affine transforms: arithmetic that knows nothing of scenes.
+//! Colour, hashing, sample sequences, powers and affine transforms: arithmetic that knows nothing of scenes.
 
 mod affine;
 mod four;
 mod hash;
+mod power;
 mod rgb;
 mod sobol;
 mod srgb;
@@ -10,6 +11,7 @@ mod srgb;
 pub use affine::Affine;
 pub use four::Four;
 pub use hash::{SplitMix64, hash_pixel, lowbias32};
+pub use power::pow;
 pub use rgb::Rgb;
 pub use sobol::{sample_in_pixel, tent};
 pub use srgb::{
