@@ -97,5 +97,5 @@ pub fn cone_surface_at(p: DVec3, rho: f64, face: u32) -> SurfacePoint {
 /// Texture coordinates at point `p` of face `face`: longitude and height on the side, the unit square on the base.
 #[inline(always)]
 pub fn cone_uv(p: DVec3, face: u32) -> DVec2 {
-    if face == BOTTOM { cap_uv(p, -1.0) } else { side_uv(p) }
+    if face == SIDE { side_uv(p) } else { cap_uv(p, face) }
 }

@@ -105,8 +105,7 @@ pub fn cylinder_surface(p: DVec3, face: u32) -> SurfacePoint {
 /// Texture coordinates at point `p` of face `face`: longitude and height on the side, the unit square on the caps.
 #[inline(always)]
 pub fn cylinder_uv(p: DVec3, face: u32) -> DVec2 {
-    let cap = cap_uv(p, if face == BOTTOM { -1.0 } else { 1.0 });
-    if face == SIDE { side_uv(p) } else { cap }
+    if face == SIDE { side_uv(p) } else { cap_uv(p, face) }
 }
 
 /// Texture coordinates on the side.
@@ -121,8 +120,10 @@ pub(super) fn cap_surface(p: DVec3, side: f64) -> SurfacePoint {
     SurfacePoint { point: DVec3::new(p.x, side, p.z), normal: DVec3::Y * side }
 }
 
-/// Texture coordinates on that disc.
+/// Texture coordinates at point `p` of a cap of the cylinder or of the base of the cone: those of [`cylinder_uv`] and
+/// [`cone_uv`], where there is nothing but these faces.
 #[inline(always)]
-pub(super) fn cap_uv(p: DVec3, side: f64) -> DVec2 {
+pub fn cap_uv(p: DVec3, face: u32) -> DVec2 {
+    let side = if face == BOTTOM { -1.0 } else { 1.0 };
     DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * side * p.z)
 }

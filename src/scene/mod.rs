@@ -3,6 +3,8 @@
 mod bound;
 mod camera;
 mod clearance;
+#[allow(dead_code)] // Until shading takes rows.
+mod color;
 mod compile;
 mod crowd;
 mod front;
