@@ -22,8 +22,8 @@ mod triangles;
 pub use balls::{BallRows, Near};
 pub use kernels::{BoxTest, Packets, TreeKernels};
 pub use simd::{
-    Beam, Counted, Ends, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RayRows, RaySet, Rays, Room, Slabs,
-    Task, Wide, each_bit,
+    Beam, Counted, Ends, ExactRays, FirstRays, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RayPacket,
+    RayRows, RaySet, Rays, Room, Slabs, Task, Wide, each_bit,
 };
 pub use triangles::{BlockTest, PacketRoom, TriangleBlock, TriangleHit, Triangles};
 

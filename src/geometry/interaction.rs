@@ -36,13 +36,10 @@ pub struct SurfaceInteraction {
 }
 
 impl SurfaceInteraction {
-    /// A ray that leaves the surface in this unit direction, started off the surface by its error bound, on the side
-    /// that it goes to. The only maker of reflected and refracted rays.
+    /// A ray that leaves the surface in this unit direction.
     #[inline]
     pub fn spawn_ray<K: Kernels>(&self, direction: DVec3) -> Ray {
-        let side = if direction.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
-        let origin = self.point + self.geometric_normal * (side * self.point_error);
-        Ray { t_min: K::T_MIN, ..Ray::new(origin, direction) }
+        spawn_ray::<K>(self.point, self.geometric_normal, self.point_error, direction)
     }
 
     /// The side that the viewer is on: 1 outside of the body, -1 inside.
@@ -51,11 +48,20 @@ impl SurfaceInteraction {
         if self.entering { 1.0 } else { -1.0 }
     }
 
-    /// Where shadow rays start: off the surface on the side that the viewer is on.
+    /// Where shadow rays start.
     #[inline]
     pub fn shadow_start(&self) -> ShadowStart {
-        ShadowStart(self.shadow_point + self.geometric_normal * (self.side() * self.point_error))
+        ShadowStart::new(self.shadow_point, self.geometric_normal, self.side(), self.point_error)
     }
+}
+
+/// A ray that leaves a surface in this unit direction, started off the surface by its error bound, on the side that it
+/// goes to. The only maker of reflected and refracted rays. The numbers are those of [`SurfaceInteraction`].
+#[inline(always)]
+pub fn spawn_ray<K: Kernels>(point: DVec3, geometric_normal: DVec3, point_error: f64, direction: DVec3) -> Ray {
+    let side = if direction.dot(geometric_normal) < 0.0 { -1.0 } else { 1.0 };
+    let origin = point + geometric_normal * (side * point_error);
+    Ray { t_min: K::T_MIN, ..Ray::new(origin, direction) }
 }
 
 /// Takes the normals of a triangle's corners (world space, unit, outward) for a smooth surface: the shading normal at a
@@ -88,12 +94,32 @@ pub fn smooth(
 pub struct ShadowStart(DVec3);
 
 impl ShadowStart {
+    /// Off the surface on the side that the viewer is on; the numbers are those of [`SurfaceInteraction`].
+    #[inline(always)]
+    pub fn new(shadow_point: DVec3, geometric_normal: DVec3, side: f64, point_error: f64) -> Self {
+        Self(shadow_point + geometric_normal * (side * point_error))
+    }
+
+    /// A start that has been computed before.
+    #[inline(always)]
+    pub fn at(point: DVec3) -> Self {
+        Self(point)
+    }
+
+    /// Where it is.
+    #[inline(always)]
+    pub fn point(self) -> DVec3 {
+        self.0
+    }
+
     /// The shadow ray to a point; `None` if it is that point.
+    #[inline(always)]
     pub fn ray_to<K: Kernels>(self, target: DVec3) -> Option<Ray> {
         K::ray_to(self.0, target)
     }
 
     /// The shadow ray toward a light that is infinitely far in this unit direction.
+    #[inline(always)]
     pub fn ray_along<K: Kernels>(self, direction: DVec3) -> Ray {
         Ray { t_min: K::T_MIN, ..Ray::new(self.0, direction) }
     }
@@ -105,6 +131,7 @@ const GRAZING: f64 = 1.0 / 1024.0;
 /// `direction` mirrored at the shading normal, kept above the facet: smooth normals can point it below (Keller et al.,
 /// "The Iray Light Transport Simulation", 2017, appendix A.3 states the problem). Both normals unit, on the side that
 /// `direction` comes from.
+#[inline(always)]
 pub fn reflect(direction: DVec3, shading_normal: DVec3, geometric_normal: DVec3) -> DVec3 {
     let mirrored = direction - shading_normal * (2.0 * direction.dot(shading_normal));
     let above = mirrored.dot(geometric_normal);
@@ -116,6 +143,7 @@ pub fn reflect(direction: DVec3, shading_normal: DVec3, geometric_normal: DVec3)
 
 /// Snell's law: the direction behind a surface, or `None` for total internal reflection. `direction` and `normal` unit,
 /// `normal` on the side that `direction` comes from, `eta` the index before the surface over the one behind it.
+#[inline(always)]
 pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
     if eta == 1.0 {
         return Some(direction); // Index-matched: not bent, not even by rounding.
@@ -129,6 +157,7 @@ pub fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
 
 /// Fresnel's reflectance of unpolarised light, exact. `cos_in` and `cos_out` are the cosines on either side, `eta` as
 /// in [`refract`].
+#[inline(always)]
 pub fn fresnel(cos_in: f64, cos_out: f64, eta: f64) -> f64 {
     if eta == 1.0 {
         return 0.0;

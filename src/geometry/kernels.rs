@@ -58,6 +58,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     }
 
     /// The ray from `origin` up to just before `target`; `None` if they are the same point.
+    #[inline(always)]
     fn ray_to(origin: DVec3, target: DVec3) -> Option<Ray> {
         let way = target - origin;
         let distance = way.length();
@@ -67,6 +68,7 @@ pub trait Kernels: Copy + Send + Sync + 'static {
     }
 
     /// The refracted direction, `None` for total internal reflection; see [`refract`]. `entering`: into the body.
+    #[inline(always)]
     fn refract(direction: DVec3, normal: DVec3, eta: f64, _entering: bool) -> Option<DVec3> {
         refract(direction, normal, eta)
     }
@@ -158,10 +160,12 @@ impl Kernels for Classic {
         ((ray.origin.as_vec3() + ray.direction.as_vec3() * t as f32).as_dvec3(), 0.0)
     }
 
+    #[inline(always)]
     fn ray_to(origin: DVec3, target: DVec3) -> Option<Ray> {
         Some(Ray { origin, direction: target - origin, t_min: Self::T_MIN, t_max: 1.0 })
     }
 
+    #[inline(always)]
     fn refract(direction: DVec3, normal: DVec3, eta: f64, entering: bool) -> Option<DVec3> {
         let (d, n) = (direction.as_vec3(), normal.as_vec3());
         let eta = (if entering { eta } else { 1.0 / eta }) as f32;
@@ -169,6 +173,7 @@ impl Kernels for Classic {
         Some((d * eta + n * (eta * cos - (1.0 - eta * eta * (1.0 - cos * cos)).sqrt())).as_dvec3())
     }
 
+    #[inline(always)]
     fn highlight(cosine: f64, shininess: f64) -> f64 {
         f64::from((cosine as f32).powf(shininess as f32))
     }

@@ -22,11 +22,13 @@ impl Rgb {
     pub const WHITE: Rgb = Rgb::grey(1.0);
 
     /// A colour from its linear channels.
+    #[inline(always)]
     pub const fn new(r: f64, g: f64, b: f64) -> Self {
         Self { r, g, b }
     }
 
     /// A grey of linear value `v`.
+    #[inline(always)]
     pub const fn grey(v: f64) -> Self {
         Self { r: v, g: v, b: v }
     }
@@ -37,6 +39,7 @@ impl Rgb {
     }
 
     /// The largest channel.
+    #[inline(always)]
     pub fn largest(self) -> f64 {
         self.r.max(self.g).max(self.b)
     }
@@ -60,12 +63,14 @@ impl From<Rgb> for [f64; 3] {
 
 impl Add for Rgb {
     type Output = Self;
+    #[inline(always)]
     fn add(self, o: Self) -> Self {
         Self::new(self.r + o.r, self.g + o.g, self.b + o.b)
     }
 }
 
 impl AddAssign for Rgb {
+    #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
@@ -73,6 +78,7 @@ impl AddAssign for Rgb {
 
 impl Mul for Rgb {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, o: Self) -> Self {
         Self::new(self.r * o.r, self.g * o.g, self.b * o.b)
     }
@@ -80,6 +86,7 @@ impl Mul for Rgb {
 
 impl Mul<f64> for Rgb {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, s: f64) -> Self {
         Self::new(self.r * s, self.g * s, self.b * s)
     }
@@ -87,6 +94,7 @@ impl Mul<f64> for Rgb {
 
 impl Div<f64> for Rgb {
     type Output = Self;
+    #[inline(always)]
     fn div(self, s: f64) -> Self {
         Self::new(self.r / s, self.g / s, self.b / s)
     }

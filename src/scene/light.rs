@@ -38,21 +38,26 @@ impl Light {
 
     /// How the light reaches `point`; `None` for a point light that is there itself.
     pub fn illuminate(&self, point: DVec3) -> Option<Illumination> {
+        let (illumination, is_apart) = self.shine(point);
+        is_apart.then_some(illumination)
+    }
+
+    /// The same without a branch, and whether it is true: not for a point light that is there itself.
+    #[inline(always)]
+    pub fn shine(&self, point: DVec3) -> (Illumination, bool) {
         match self.kind {
             LightKind::Directional { direction } => {
-                Some(Illumination { direction: -direction, radiance: self.radiance, position: None })
+                (Illumination { direction: -direction, radiance: self.radiance, position: None }, true)
             }
             LightKind::Point { position, falloff } => {
                 let way = position - point;
                 let distance = way.length();
-                if distance == 0.0 {
-                    return None;
-                }
                 let radiance = match falloff {
                     Falloff::None => self.radiance,
                     Falloff::InverseSquare => self.radiance / (distance * distance),
                 };
-                Some(Illumination { direction: way / distance, radiance, position: Some(position) })
+                let illumination = Illumination { direction: way / distance, radiance, position: Some(position) };
+                (illumination, distance != 0.0)
             }
         }
     }

@@ -37,11 +37,11 @@ pub use pick::Pick;
 pub use shell::Shell;
 pub use summary::{Imported, Summary};
 pub use surface::Facet;
-pub use surfaces::{MOST_SURFACES, Surfaces};
+pub use surfaces::{SLOTS, SurfaceRows, Surfaces};
 pub use texture::Texture;
 
 use crate::assets::Image;
-use crate::bvh::{Bvh, BvhStats, Isa};
+use crate::bvh::{Bvh, BvhStats, Isa, Task};
 use crate::description::{Background, ObjectDesc, RenderDesc, WorldDesc};
 use crate::math::Rgb;
 use clearance::Clearance;
@@ -137,6 +137,11 @@ impl Scene {
     /// The compiled objects; [`Hit::object`](crate::geometry::Hit) is an index into them.
     pub fn objects(&self) -> &[Object] {
         &self.geometry.objects
+    }
+
+    /// Does a task with the instruction set that rays are traced with.
+    pub fn run<T: Task>(&self, task: T, input: &T::Input, output: &mut T::Output) {
+        self.geometry.tree.run(task, input, output);
     }
 
     /// The instruction set that rays are traced with.

@@ -15,7 +15,7 @@ use super::front::{
 };
 use super::through::Tally;
 use super::{Inside, Mesh, Object, Scene, Shape};
-use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RaySet, Room, TreeKernels, TriangleHit};
+use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RaySet, Rays, Room, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
 use std::cell::RefCell;
 use std::marker::PhantomData;
@@ -93,22 +93,35 @@ impl Packet {
     }
 
     /// Takes rays in. Returns their number, rounded up to whole groups; what fills the last one up meets nothing.
-    fn load(&mut self, rays: &[Ray]) -> usize {
-        let to = &mut self.front;
-        let padded = rays.len().next_multiple_of(GROUP).min(CAPACITY);
-        for (i, ray) in rays.iter().take(CAPACITY).enumerate() {
-            for axis in 0..3 {
-                to.origin[axis][i] = ray.origin[axis];
-                to.direction[axis][i] = ray.direction[axis];
+    fn load<S: Rays + ?Sized>(&mut self, rays: &S) -> usize {
+        let (to, count) = (&mut self.front, rays.count().min(CAPACITY));
+        let padded = count.next_multiple_of(GROUP);
+        if S::IN_ROWS {
+            let Front { origin: [ox, oy, oz], direction: [dx, dy, dz], t_min, t_max, .. } = to;
+            (0..count).for_each(|i| ox[i] = rays.ray(i).origin.x);
+            (0..count).for_each(|i| oy[i] = rays.ray(i).origin.y);
+            (0..count).for_each(|i| oz[i] = rays.ray(i).origin.z);
+            (0..count).for_each(|i| dx[i] = rays.ray(i).direction.x);
+            (0..count).for_each(|i| dy[i] = rays.ray(i).direction.y);
+            (0..count).for_each(|i| dz[i] = rays.ray(i).direction.z);
+            (0..count).for_each(|i| t_min[i] = rays.ray(i).t_min);
+            (0..count).for_each(|i| t_max[i] = rays.ray(i).t_max);
+        } else {
+            for i in 0..count {
+                let ray = rays.ray(i);
+                for axis in 0..3 {
+                    to.origin[axis][i] = ray.origin[axis];
+                    to.direction[axis][i] = ray.direction[axis];
+                }
+                (to.t_min[i], to.t_max[i]) = (ray.t_min, ray.t_max);
             }
-            (to.t_min[i], to.t_max[i]) = (ray.t_min, ray.t_max);
         }
-        for i in rays.len()..padded {
+        for i in count..padded {
             for axis in 0..3 {
-                to.origin[axis][i] = rays[0].origin[axis];
-                to.direction[axis][i] = rays[0].direction[axis];
+                to.origin[axis][i] = to.origin[axis][0];
+                to.direction[axis][i] = to.direction[axis][0];
             }
-            (to.t_min[i], to.t_max[i]) = (rays[0].t_min, DONE);
+            (to.t_min[i], to.t_max[i]) = (to.t_min[0], DONE);
         }
         to.limit[..padded].copy_from_slice(&to.t_max[..padded]);
         to.t[..padded].fill(f64::INFINITY);
@@ -233,56 +246,59 @@ pub(super) fn runs(near: &[u8], mut visit: impl FnMut(Range<usize>)) {
 }
 
 impl Scene {
-    /// For each ray what [`Scene::intersect`] gives, to the last bit but for what [`Packets`](crate::bvh::Packets) says
-    /// of meshes; quicker where rays run alike.
+    /// For each of up to [`PACKET`] rays what [`Scene::intersect`] gives, to the last bit but for what
+    /// [`Packets`](crate::bvh::Packets) says of meshes; quicker where rays run alike.
     pub fn intersect_packet<K: TreeKernels>(
         &self,
-        rays: &[Ray],
+        rays: &(impl Rays + ?Sized),
         hits: &mut [Option<Hit>],
         scratch: &mut PacketScratch,
     ) {
+        assert!(rays.count() <= hits.len().min(PACKET), "one packet of rays");
         if !self.is_simple() {
-            for (rays, hits) in rays.chunks(PACKET).zip(hits.chunks_mut(PACKET)) {
-                self.intersect_crowd::<K>(rays, hits, scratch);
-            }
-            return;
+            return self.intersect_crowd::<K>(rays, hits, scratch);
         }
         let packet = scratch.packet.get_or_insert_with(Packet::new);
-        for (rays, hits) in rays.chunks(CAPACITY).zip(hits.chunks_mut(CAPACITY)) {
-            let count = packet.load(rays);
-            for (index, object) in (0..).zip(self.objects()) {
-                self.meet::<K, false>(packet, count, index, object);
-            }
-            for (i, hit) in hits.iter_mut().enumerate() {
-                *hit = packet.hit(i, self.objects());
-            }
+        let count = packet.load(rays);
+        for (index, object) in (0..).zip(self.objects()) {
+            self.meet::<K, false>(packet, count, index, object);
+        }
+        for (i, hit) in hits[..rays.count()].iter_mut().enumerate() {
+            *hit = packet.hit(i, self.objects());
         }
     }
 
-    /// For each ray what [`Scene::occluded`] gives.
-    pub fn occluded_packet<K: TreeKernels>(&self, rays: &[Ray], occluded: &mut [bool], scratch: &mut PacketScratch) {
+    /// For each of up to [`PACKET`] rays what [`Scene::occluded`] gives.
+    pub fn occluded_packet<K: TreeKernels>(
+        &self,
+        rays: &(impl Rays + ?Sized),
+        occluded: &mut [bool],
+        scratch: &mut PacketScratch,
+    ) {
+        assert!(rays.count() <= occluded.len().min(PACKET), "one packet of rays");
         if !self.is_simple() {
             let mut last = None;
-            for (rays, occluded) in rays.chunks(PACKET).zip(occluded.chunks_mut(PACKET)) {
-                let left = self.trace_crowd::<K, ANY>(rays, &[], scratch, |i, found| occluded[i] = found.ended);
-                left.each(|i| occluded[i] = self.occluded_again::<K>(&rays[i], &mut last));
-            }
+            let left = self.trace_crowd::<K, ANY>(rays, &[], scratch, |i, found| occluded[i] = found.ended);
+            left.each(|i| occluded[i] = self.occluded_again::<K>(&rays.ray(i), &mut last));
             return;
         }
         let packet = scratch.packet.get_or_insert_with(Packet::new);
-        for (rays, occluded) in rays.chunks(CAPACITY).zip(occluded.chunks_mut(CAPACITY)) {
-            let count = packet.load(rays);
-            for (index, object) in (0..).zip(self.objects()) {
-                self.meet::<K, true>(packet, count, index, object);
-            }
-            for (i, occluded) in occluded.iter_mut().enumerate() {
-                *occluded = packet.front.object[i] != u32::MAX;
-            }
+        let count = packet.load(rays);
+        for (index, object) in (0..).zip(self.objects()) {
+            self.meet::<K, true>(packet, count, index, object);
+        }
+        for (i, occluded) in occluded[..rays.count()].iter_mut().enumerate() {
+            *occluded = packet.front.object[i] != u32::MAX;
         }
     }
 
-    /// [`Scene::intersect_packet`] of up to [`PACKET`] rays through the tree.
-    fn intersect_crowd<K: TreeKernels>(&self, rays: &[Ray], hits: &mut [Option<Hit>], scratch: &mut PacketScratch) {
+    /// [`Scene::intersect_packet`] through the tree.
+    fn intersect_crowd<K: TreeKernels>(
+        &self,
+        rays: &(impl Rays + ?Sized),
+        hits: &mut [Option<Hit>],
+        scratch: &mut PacketScratch,
+    ) {
         let mut tied = RaySet::NONE;
         let left = self.trace_crowd::<K, CLOSEST>(rays, &[], scratch, |i, found| {
             hits[i] = found.hit;
@@ -290,19 +306,19 @@ impl Scene {
                 tied.insert(i);
             }
         });
-        left.with(&tied).each(|i| hits[i] = self.intersect::<K>(&rays[i]));
+        left.with(&tied).each(|i| hits[i] = self.intersect::<K>(&rays.ray(i)));
     }
 
     /// Traces up to [`PACKET`] rays through the tree, those together that run alike. Returns those that are left.
     fn trace_crowd<K: TreeKernels, const SEARCH: u8>(
         &self,
-        rays: &[Ray],
+        rays: &(impl Rays + ?Sized),
         inside: &[Inside],
         scratch: &mut PacketScratch,
         mut take: impl FnMut(usize, Found),
     ) -> RaySet {
         if K::PACKETS != Some(Packets::Watertight) {
-            return RaySet::first(rays.len());
+            return RaySet::first(rays.count());
         }
         let PacketScratch { packet, in_tree } = scratch;
         let packet = RefCell::new(&mut **packet.get_or_insert_with(Packet::new));
@@ -322,42 +338,39 @@ impl Scene {
         occluder.is_some()
     }
 
-    /// For each ray what is in its way, as far as can be told without following it through glass. `inside`: what each
-    /// starts in.
+    /// For each of up to [`PACKET`] rays what is in its way, as far as can be told without following it through glass.
+    /// `inside`: what each starts in.
     pub fn look_along_packet<K: TreeKernels>(
         &self,
-        rays: &[Ray],
+        rays: &(impl Rays + ?Sized),
         inside: &[Inside],
         ways: &mut [Way],
         scratch: &mut PacketScratch,
     ) {
+        assert!(rays.count() <= ways.len().min(inside.len()).min(PACKET), "one packet of rays");
         if !self.is_simple() {
             ways.fill(Way::Unknown);
-            for ((rays, inside), ways) in rays.chunks(PACKET).zip(inside.chunks(PACKET)).zip(ways.chunks_mut(PACKET)) {
-                self.trace_crowd::<K, OPAQUE>(rays, inside, scratch, |i, found| {
-                    ways[i] = if found.ended { Way::Blocked } else { found.way };
-                });
-            }
+            self.trace_crowd::<K, OPAQUE>(rays, inside, scratch, |i, found| {
+                ways[i] = if found.ended { Way::Blocked } else { found.way };
+            });
             return;
         }
         let packet = scratch.packet.get_or_insert_with(Packet::new);
-        for (rays, ways) in rays.chunks(CAPACITY).zip(ways.chunks_mut(CAPACITY)) {
-            let count = packet.load(rays);
-            // What ends a ray for good comes first.
-            for transparent in [false, true] {
-                for (index, object) in (0..).zip(self.objects()) {
-                    if self.may_transmit(index) == transparent {
-                        self.meet::<K, true>(packet, count, index, object);
-                    }
+        let count = packet.load(rays);
+        // What ends a ray for good comes first.
+        for transparent in [false, true] {
+            for (index, object) in (0..).zip(self.objects()) {
+                if self.may_transmit(index) == transparent {
+                    self.meet::<K, true>(packet, count, index, object);
                 }
             }
-            for (way, &met) in ways.iter_mut().zip(&packet.front.object) {
-                *way = match met {
-                    u32::MAX => Way::Clear,
-                    object if self.may_transmit(object) => Way::Glass,
-                    _ => Way::Blocked,
-                };
-            }
+        }
+        for (way, &met) in ways.iter_mut().zip(&packet.front.object[..rays.count()]) {
+            *way = match met {
+                u32::MAX => Way::Clear,
+                object if self.may_transmit(object) => Way::Glass,
+                _ => Way::Blocked,
+            };
         }
     }
 

@@ -5,46 +5,56 @@
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
 use super::surface::{Facet, Placement};
-use super::{Object, Scene, Shape};
-use crate::bvh::{Bvh, Task, TreeKernels};
+use super::{Material, Object, Scene, Shape};
+use crate::bvh::{Bvh, PACKET, Rays, Task, TreeKernels};
 use crate::geometry::{
-    Hit, Kernels, Ray, SurfaceInteraction, cone_surface_at, cuboid_surface, cylinder_surface, plane_surface,
-    sphere_surface, triangle_surface,
+    Hit, Kernels, Ray, ShadowStart, SurfaceInteraction, cone_surface_at, cuboid_surface, cylinder_surface,
+    plane_surface, sphere_surface, triangle_surface,
 };
 use glam::DVec3;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// Slots are computed so many at a time: groups of hits start at multiples of it.
+/// Slots are computed so many at a time.
 const WIDTH: usize = 8;
 
 /// Objects that hits are sorted by at most; those with others are computed one by one.
 const GROUPS: usize = 8;
 
-const SLOTS: usize = MOST_SURFACES + WIDTH * GROUPS;
+/// One a hit, and room for the last ones that are computed together.
+pub const SLOTS: usize = PACKET + WIDTH;
 
 /// Fewer than so many hits are computed one by one.
 const FEWEST: usize = 3;
 
-/// Rays that [`Scene::surfaces`] takes at most. With 1024, so that more rays run alike after many turns: 0.97 of the
-/// time on the field of glass, 1.0 to 1.06 elsewhere.
-pub const MOST_SURFACES: usize = 256;
+/// Stands for no material: of a surface that is not there after all.
+const NOTHING: u32 = u32::MAX;
 
 /// Surfaces where rays end; room for [`Scene::surfaces`], which takes no memory once it is there.
 #[derive(Debug, Default)]
 pub struct Surfaces {
-    room: Option<Box<Room>>,
+    room: Box<Room>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Room {
-    /// Where each hit is, by number of its ray: first its group, then its slot.
-    slots: [u16; MOST_SURFACES],
     hits: Hits,
-    found: Found,
+    found: SurfaceRows,
+    /// Of each ray.
+    groups: GroupOfRays,
 }
 
-/// Hits and the rays that have them, number by number.
+/// Which group each hit is in, by number of its ray.
+#[derive(Debug)]
+struct GroupOfRays([u8; PACKET]);
+
+impl Default for GroupOfRays {
+    fn default() -> Self {
+        Self([0; PACKET])
+    }
+}
+
+/// Hits and the rays that have them, slot by slot.
 #[derive(Debug)]
 #[repr(align(64))]
 struct Hits {
@@ -59,17 +69,60 @@ struct Hits {
     shape: [[f64; SLOTS]; 18],
 }
 
-/// What [`SurfaceInteraction`] holds, number by number.
+impl Default for Hits {
+    fn default() -> Self {
+        let zero = [0.0; SLOTS];
+        Self {
+            origin: [zero; 3],
+            direction: [zero; 3],
+            t: zero,
+            u: zero,
+            v: zero,
+            primitive: [0; SLOTS],
+            shape: [zero; 18],
+        }
+    }
+}
+
+/// What [`SurfaceInteraction`] holds, side by side. Surfaces of one object stand together.
 #[derive(Debug)]
 #[repr(align(64))]
-struct Found {
+pub struct SurfaceRows {
+    /// How many there are.
+    pub count: usize,
+    /// The ray that ends there.
+    pub ray: [u16; SLOTS],
+    /// Of the material in the scene.
+    material: [u32; SLOTS],
+    /// See [`SurfaceInteraction`].
     point: [[f64; SLOTS]; 3],
+    /// See [`SurfaceInteraction`].
     point_error: [f64; SLOTS],
+    /// See [`SurfaceInteraction`].
     geometric_normal: [[f64; SLOTS]; 3],
+    /// See [`SurfaceInteraction`].
     shading_normal: [[f64; SLOTS]; 3],
+    /// See [`SurfaceInteraction`].
     shadow_point: [[f64; SLOTS]; 3],
-    /// 1 for rays that enter, -1 for those that leave.
+    /// The side that the viewer is on: 1 for rays that enter, -1 for those that leave.
     side: [f64; SLOTS],
+}
+
+impl Default for SurfaceRows {
+    fn default() -> Self {
+        let zero = [0.0; SLOTS];
+        Self {
+            count: 0,
+            ray: [0; SLOTS],
+            material: [0; SLOTS],
+            point: [zero; 3],
+            point_error: zero,
+            geometric_normal: [zero; 3],
+            shading_normal: [zero; 3],
+            shadow_point: [zero; 3],
+            side: zero,
+        }
+    }
 }
 
 /// Hits that are computed together.
@@ -84,12 +137,22 @@ struct Group {
 }
 
 impl Surfaces {
-    /// What [`Scene::surfaces`] found for the ray of this number and its hit, or what was put in its place.
+    /// What [`Scene::surfaces`] found, or what was put in its place.
+    pub fn rows(&self) -> &SurfaceRows {
+        &self.room.found
+    }
+
+    /// Directions of the rays that end in the slots.
+    pub fn directions(&self) -> &[[f64; SLOTS]; 3] {
+        &self.room.hits.direction
+    }
+
+    /// The surface in a slot; `hit`: of the ray that ends there.
     #[inline(always)]
-    pub fn get(&self, scene: &Scene, number: usize, hit: &Hit) -> SurfaceInteraction {
-        let room = self.room.as_ref().expect("surfaces are computed before they are asked for");
-        let i = usize::from(room.slots[number]).min(SLOTS - 1);
-        let Found { point, point_error, geometric_normal, shading_normal, shadow_point, side } = &room.found;
+    pub fn get(&self, slot: usize, hit: &Hit) -> SurfaceInteraction {
+        let i = slot.min(SLOTS - 1);
+        let SurfaceRows { material, point, point_error, geometric_normal, shading_normal, shadow_point, side, .. } =
+            &self.room.found;
         SurfaceInteraction {
             point: vector(point, i),
             point_error: point_error[i],
@@ -97,53 +160,87 @@ impl Surfaces {
             shading_normal: vector(shading_normal, i),
             shadow_point: vector(shadow_point, i),
             hit: *hit,
-            material: scene.material_of(hit.object, hit.primitive),
+            material: material[i],
             entering: side[i] > 0.0,
         }
     }
 
-    /// Puts another one in the place of a surface.
-    pub fn set(&mut self, number: usize, interaction: &SurfaceInteraction) {
-        if let Some(room) = &mut self.room {
-            room.found.put(usize::from(room.slots[number]), interaction);
+    /// Puts another surface in a slot; none if the ray goes on for good.
+    pub fn set(&mut self, slot: usize, interaction: Option<&SurfaceInteraction>) {
+        let found = &mut self.room.found;
+        match interaction {
+            Some(interaction) => found.put(slot, interaction),
+            None => found.material[slot] = NOTHING,
         }
     }
 }
 
-impl Found {
+impl SurfaceRows {
+    /// The material of a surface; none if there is no surface any more.
+    #[inline(always)]
+    pub fn material<'a>(&self, scene: &'a Scene, slot: usize) -> Option<&'a Material> {
+        scene.materials.get(self.material[slot] as usize)
+    }
+
+    /// The slots from this one on that are of the same material.
+    #[inline(always)]
+    pub fn alike(&self, start: usize) -> Range<usize> {
+        let first = self.material[start];
+        let alike = self.material[start..self.count].iter().position(|&material| material != first);
+        start..alike.map_or(self.count, |count| start + count)
+    }
+
+    /// The point of a surface where the ray ends.
+    #[inline(always)]
+    pub fn point(&self, slot: usize) -> DVec3 {
+        vector(&self.point, slot)
+    }
+
+    /// Shading normal on the viewer's side.
+    #[inline(always)]
+    pub fn normal(&self, slot: usize) -> DVec3 {
+        vector(&self.shading_normal, slot) * self.side[slot]
+    }
+
+    /// Normal of the facet.
+    #[inline(always)]
+    pub fn geometric_normal(&self, slot: usize) -> DVec3 {
+        vector(&self.geometric_normal, slot)
+    }
+
+    /// The same on the viewer's side.
+    #[inline(always)]
+    pub fn facet(&self, slot: usize) -> DVec3 {
+        self.geometric_normal(slot) * self.side[slot]
+    }
+
+    /// The side that the viewer is on: 1 outside of the body, -1 inside.
+    #[inline(always)]
+    pub fn side(&self, slot: usize) -> f64 {
+        self.side[slot]
+    }
+
+    /// Bound on the distance of later rays' hits from the point.
+    #[inline(always)]
+    pub fn point_error(&self, slot: usize) -> f64 {
+        self.point_error[slot]
+    }
+
+    /// Where shadow rays of a surface start.
+    #[inline(always)]
+    pub fn shadow_start(&self, slot: usize) -> ShadowStart {
+        let (point, normal) = (vector(&self.shadow_point, slot), vector(&self.geometric_normal, slot));
+        ShadowStart::new(point, normal, self.side[slot], self.point_error[slot])
+    }
+
     fn put(&mut self, i: usize, from: &SurfaceInteraction) {
         put(&mut self.point, i, from.point);
         self.point_error[i] = from.point_error;
         put(&mut self.geometric_normal, i, from.geometric_normal);
         put(&mut self.shading_normal, i, from.shading_normal);
         put(&mut self.shadow_point, i, from.shadow_point);
-        self.side[i] = if from.entering { 1.0 } else { -1.0 };
-    }
-}
-
-impl Room {
-    fn new() -> Box<Self> {
-        let zero = [0.0; SLOTS];
-        Box::new(Self {
-            slots: [0; MOST_SURFACES],
-            hits: Hits {
-                origin: [zero; 3],
-                direction: [zero; 3],
-                t: zero,
-                u: zero,
-                v: zero,
-                primitive: [0; SLOTS],
-                shape: [zero; 18],
-            },
-            found: Found {
-                point: [zero; 3],
-                point_error: zero,
-                geometric_normal: [zero; 3],
-                shading_normal: [zero; 3],
-                shadow_point: [zero; 3],
-                side: zero,
-            },
-        })
+        self.side[i] = from.side();
+        self.material[i] = from.material;
     }
 }
 
@@ -222,10 +319,10 @@ const SMOOTH_MESH: u8 = 7;
 
 impl<K: Kernels, const SHAPE: u8> Task for Facets<'_, K, SHAPE> {
     type Input = Hits;
-    type Output = Found;
+    type Output = SurfaceRows;
 
     #[inline(always)]
-    fn run(self, hits: &Hits, found: &mut Found) {
+    fn run(self, hits: &Hits, found: &mut SurfaceRows) {
         let Self { range, place, kernels: _ } = self;
         // Of copies the compiler knows that nothing changes them.
         let (map, axes) = (*place.map, *place.axes);
@@ -265,7 +362,7 @@ impl<K: Kernels, const SHAPE: u8> Task for Facets<'_, K, SHAPE> {
 }
 
 /// Computes the surfaces of a group of hits with an object.
-fn compute<K: Kernels>(tree: &Bvh, object: &Object, range: Range<usize>, hits: &Hits, found: &mut Found) {
+fn compute<K: Kernels>(tree: &Bvh, object: &Object, range: Range<usize>, hits: &Hits, found: &mut SurfaceRows) {
     let place = Placement::of(object);
     macro_rules! run {
         ($shape:ident) => {
@@ -285,15 +382,14 @@ fn compute<K: Kernels>(tree: &Bvh, object: &Object, range: Range<usize>, hits: &
 }
 
 impl Scene {
-    /// Computes for each hit what [`Scene::interaction`] gives, to the last bit; [`Surfaces::get`] tells it. Takes
-    /// [`MOST_SURFACES`] rays at most.
-    pub fn surfaces<K: TreeKernels>(&self, rays: &[Ray], hits: &[Option<Hit>], surfaces: &mut Surfaces) {
-        debug_assert!(rays.len() <= MOST_SURFACES);
-        let Room { slots, hits: sorted, found } = &mut **surfaces.room.get_or_insert_with(Room::new);
+    /// Computes for each hit what [`Scene::interaction`] gives, to the last bit. Takes [`PACKET`] rays at most.
+    pub fn surfaces<K: TreeKernels>(&self, rays: &(impl Rays + ?Sized), hits: &[Option<Hit>], surfaces: &mut Surfaces) {
+        assert!(hits.len() <= PACKET && hits.len() <= rays.count(), "surfaces come in packets");
+        let Room { groups: GroupOfRays(group_of), hits: sorted, found } = &mut *surfaces.room;
         let objects = self.objects();
         let (mut groups, mut open) = (<[Group; GROUPS]>::default(), 0);
         let (mut last, mut of_last) = (u32::MAX, 0);
-        for (slot, hit) in slots.iter_mut().zip(hits) {
+        for (group_of, hit) in group_of.iter_mut().zip(hits) {
             let Some(hit) = hit else { continue };
             if hit.object != last {
                 let balls = matches!(objects[hit.object as usize].shape, Shape::Ball { .. });
@@ -303,9 +399,9 @@ impl Scene {
                     groups[open] = Group { object: hit.object, balls, ..Group::default() };
                     open += 1;
                 }
-                (last, of_last) = (hit.object, group as u16);
+                (last, of_last) = (hit.object, group as u8);
             }
-            *slot = of_last;
+            *group_of = of_last;
             if let Some(group) = groups.get_mut(usize::from(of_last)) {
                 group.count += 1;
             }
@@ -314,26 +410,36 @@ impl Scene {
         let mut free = 0;
         for group in groups.iter_mut().filter(|group| group.count >= FEWEST) {
             group.slots = free..free;
-            free = (free + group.count).next_multiple_of(WIDTH);
+            free += group.count;
         }
-        for ((slot, hit), ray) in slots.iter_mut().zip(hits).zip(rays) {
+        let alone = free;
+        for (number, (group, hit)) in (0..).zip(group_of.iter().zip(hits)) {
             let Some(hit) = hit else { continue };
-            match groups.get_mut(usize::from(*slot)) {
+            let slot = match groups.get_mut(usize::from(*group)) {
                 Some(group) if group.count >= FEWEST => {
-                    *slot = group.slots.end as u16;
-                    sorted.take(group.slots.end, ray, hit, &objects[hit.object as usize]);
                     group.slots.end += 1;
+                    group.slots.end - 1
                 }
                 _ => {
-                    *slot = free as u16;
-                    found.put(free, &self.interaction::<K>(ray, hit));
                     free += 1;
+                    free - 1
                 }
-            }
+            };
+            sorted.take(slot, &rays.ray(number), hit, &objects[hit.object as usize]);
+            found.ray[slot] = number as u16;
+            found.material[slot] = self.material_of(hit.object, hit.primitive);
         }
+        found.count = free;
+        // In order: each also writes up to where vectors end, into slots that are filled after it.
         for group in groups.iter().filter(|group| group.count >= FEWEST) {
-            let range = group.slots.start..group.slots.end.next_multiple_of(WIDTH);
+            let range = group.slots.start..group.slots.start + group.count.next_multiple_of(WIDTH);
             compute::<K>(&self.geometry.tree, &objects[group.object as usize], range, sorted, found);
+        }
+        for slot in alone..free {
+            let number = usize::from(found.ray[slot]);
+            if let Some(hit) = &hits[number] {
+                found.put(slot, &self.interaction::<K>(&rays.ray(number), hit));
+            }
         }
     }
 }

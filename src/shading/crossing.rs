@@ -1,8 +1,8 @@
-//! Surfaces of transparent bodies: what lies behind them and how light divides there. One ray at a time.
+//! Surfaces of transparent bodies: what lies behind them. One ray at a time.
 
 use crate::bvh::TreeKernels;
-use crate::geometry::{Hit, Ray, fresnel};
-use crate::scene::{Material, MediumStack, Scene};
+use crate::geometry::{Hit, Ray};
+use crate::scene::{MediumStack, Scene};
 use glam::DVec3;
 
 /// What a ray meets at the surface of a transparent body.
@@ -58,68 +58,3 @@ pub(super) fn slack(ray: &Ray, hit: &Hit, normal: DVec3, point_error: f64) -> f6
 
 /// Below this cosine a ray counts as this slanted: where it grazes, touching surfaces can not be told from near ones.
 const GRAZING: f64 = 1e-3;
-
-/// How light goes on at a surface: weights and what each ray needs.
-pub(super) struct Split {
-    /// The normal that both rays belong to: on the side of the viewer.
-    pub normal: DVec3,
-    /// Weight of the mirrored ray.
-    pub reflect: f64,
-    /// Weight and direction of the refracted ray.
-    pub transmit: Option<(f64, DVec3)>,
-}
-
-/// Divides k_r and k_t between the mirrored and the refracted ray. `outside`: index before the
-/// surface; `eta`: that over the one behind it, if light gets there.
-#[inline(always)]
-pub(super) fn split<K: TreeKernels>(
-    material: &Material,
-    ray: &Ray,
-    normal: DVec3,
-    facet: DVec3,
-    (outside, eta): (f64, Option<f64>),
-    entering: bool,
-) -> Split {
-    // Toward its silhouette a smooth surface may seem to face away.
-    let normal = if ray.direction.dot(normal) < 0.0 { normal } else { facet };
-    if let Some(eta) = eta {
-        return split_glass::<K>(material, ray, normal, facet, eta, entering);
-    }
-    // Opaque: a mirror, or a varnish whose reflection follows Fresnel.
-    let weight = if material.fresnel { fresnel_of(ray, normal, outside / material.ior) } else { 1.0 };
-    Split { normal, reflect: material.reflect * weight, transmit: None }
-}
-
-/// The same where light gets behind the surface.
-fn split_glass<K: TreeKernels>(
-    material: &Material,
-    ray: &Ray,
-    normal: DVec3,
-    facet: DVec3,
-    eta: f64,
-    entering: bool,
-) -> Split {
-    let total = Split { normal, reflect: material.reflect + material.transmit, transmit: None };
-    // A smooth normal may bend the ray to the wrong side of the facet; the facet's own normal does not.
-    let bent = K::refract(ray.direction, normal, eta, entering).map(|direction| {
-        if direction.dot(facet) < 0.0 || normal == facet {
-            Some((direction, normal))
-        } else {
-            K::refract(ray.direction, facet, eta, entering).map(|direction| (direction, facet))
-        }
-    });
-    let Some(Some((direction, normal))) = bent else { return total };
-    if !material.fresnel {
-        return Split { normal, reflect: material.reflect, transmit: Some((material.transmit, direction)) };
-    }
-    let reflectance = fresnel(-ray.direction.dot(normal), -direction.dot(normal), eta);
-    let energy = material.reflect + material.transmit;
-    Split { normal, reflect: energy * reflectance, transmit: Some((energy * (1.0 - reflectance), direction)) }
-}
-
-/// Fresnel's reflectance for a ray that meets an opaque surface.
-fn fresnel_of(ray: &Ray, normal: DVec3, eta: f64) -> f64 {
-    let cos_in = -ray.direction.dot(normal);
-    let cos2_out = 1.0 - eta * eta * (1.0 - cos_in * cos_in);
-    if cos2_out < 0.0 { 1.0 } else { fresnel(cos_in, cos2_out.sqrt(), eta) }
-}

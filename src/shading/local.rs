@@ -7,22 +7,24 @@
 //! sample's own ray tree, it depends on nothing else in the packet.
 
 use super::crossing::{Crossing, cross, slack};
-use super::packet::{Beam, Level, Lighting, Path, Surface};
+use super::lit::{Respond, Shine};
+use super::packet::{Level, Lighting, Path};
 use super::record::Recorder;
 use super::sampler::terms;
 use crate::bvh::TreeKernels;
 use crate::description::Shadows;
 use crate::geometry::{Hit, Ray};
-use crate::math::Rgb;
-use crate::scene::{Light, Material, MediumStack, PacketScratch, Scene, Way};
+use crate::scene::{Light, MediumStack, PacketScratch, Scene, SurfaceRows, Way};
+use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Adds k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s to the sums of a packet, light after light. Returns how many
-/// shadow rays that took; they are traced for lights in front of a surface only.
+/// Adds k_d sum I_i (n, l_i) C + k_s sum I_i (v, r_i)^s to what the surfaces of a packet send out, light after light.
+/// Returns how many shadow rays that took; they are traced for lights in front of a surface only.
 pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scene: &Scene,
+    rows: &SurfaceRows,
     lighting: &mut Lighting,
-    level: &mut Level,
+    level: &Level,
     packets: &mut PacketScratch,
     recorder: &mut R,
     stop: &AtomicBool,
@@ -32,93 +34,75 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        lighting.gather::<K, TERMS>(scene, light, &level.paths);
+        lighting.gather::<K, TERMS>(scene, light, rows, &level.paths);
         if TERMS & terms::SHADOWS != 0 {
-            traced += lighting.shadow_rays.len() as u64;
+            traced += lighting.asked.len() as u64;
             if TERMS & terms::GLASS != 0 && scene.has_media() && scene.render.shadows == Shadows::Filtered {
-                lighting.filter::<K>(scene, &level.media, packets, stop);
+                lighting.filter::<K>(scene, rows, &level.media, packets, stop);
             } else {
                 lighting.occlude::<K>(scene, packets);
             }
         }
-        lighting.beams.append(&mut lighting.unasked);
-        recorder.light::<K>(scene, index, lighting);
-        for beam in lighting.beams.iter().filter(|beam| beam.part != 0.0) {
-            let surface = &lighting.surfaces[beam.surface as usize];
-            let material = &scene.materials[surface.material as usize];
-            let diffuse = diffuse(material, surface, beam);
-            let (mut response, mut specular) = (diffuse, 0.0);
-            if TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
-                specular = highlight::<K>(material, surface, beam);
-                response += Rgb::grey(specular);
-            }
-            let sum = beam.radiance * response * beam.part;
-            recorder.add(beam, diffuse, specular, sum);
-            level.sums[surface.index as usize] += sum;
-        }
+        recorder.light::<K, TERMS>(scene, index, lighting);
+        let Lighting { lit, beams, .. } = lighting;
+        scene.run(Respond::<K, TERMS>(PhantomData), &**beams, lit);
     }
     traced
-}
-
-/// k_d (n, l) C
-fn diffuse(material: &Material, surface: &Surface, beam: &Beam) -> Rgb {
-    surface.color * (material.diffuse * beam.cosine)
-}
-
-/// k_s (v, r)^s
-fn highlight<K: TreeKernels>(material: &Material, surface: &Surface, beam: &Beam) -> f64 {
-    let mirrored = surface.normal * (2.0 * beam.cosine) - beam.direction;
-    material.specular * K::highlight(mirrored.dot(surface.view), material.shininess)
 }
 
 impl Lighting {
     /// What a light sends to the surfaces that it is in front of, and the shadow rays. `paths`: those of the packet.
     #[inline(never)]
-    fn gather<K: TreeKernels, const TERMS: u8>(&mut self, scene: &Scene, light: &Light, paths: &[Path]) {
-        self.beams.clear();
-        self.shadow_rays.clear();
-        for (number, surface) in (0..).zip(&self.surfaces) {
-            let Surface { point, shadow_start, normal, .. } = surface;
-            let Some(light) = light.illuminate(*point) else { continue };
-            let cosine = normal.dot(light.direction);
-            if cosine <= 0.0 {
+    fn gather<K: TreeKernels, const TERMS: u8>(
+        &mut self,
+        scene: &Scene,
+        light: &Light,
+        rows: &SurfaceRows,
+        paths: &[Path],
+    ) {
+        let Self { lit, beams, asked, unasked, spent, .. } = self;
+        let spare = TERMS & terms::SHADOWS != 0 && !spent.is_empty();
+        scene.run(Shine::<K, TERMS> { light: *light, spare, kernels: PhantomData }, &**lit, beams);
+        asked.clear();
+        unasked.clear();
+        for slot in 0..lit.count {
+            if !beams.reaches(slot) {
                 continue;
             }
-            let (direction, radiance) = (light.direction, light.radiance);
-            let beam = Beam { surface: number, direction, cosine, radiance, part: 1.0, doubt: None };
-            let path = &paths[surface.index as usize];
-            if let (true, Some(spent)) = (TERMS & terms::SHADOWS != 0, self.spent.get_mut(path.sample as usize)) {
-                let material = &scene.materials[surface.material as usize];
-                let room = 0.5 * (scene.spare_light - *spent);
-                let mut most = path.weight * (radiance * diffuse(material, surface, &beam)).largest();
+            if spare {
+                let spent = &mut spent[paths[usize::from(rows.ray[slot])].sample as usize];
+                let (mut most, room) = (beams.most(slot), 0.5 * (scene.spare_light - *spent));
                 // A power, so only if there is need of it.
-                if most <= room && TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0 {
-                    most += path.weight * radiance.largest() * highlight::<K>(material, surface, &beam);
+                if most <= room && lit.get(slot).shines::<TERMS>() {
+                    let beam = beams.get(slot);
+                    most += lit.weight[slot] * beam.radiance.largest() * lit.get(slot).highlight::<K>(&beam);
                 }
                 if most <= room {
                     *spent += most;
-                    self.unasked.push(Beam { part: 0.5, doubt: Some(0.5 * most), ..beam });
+                    beams.part[slot] = 0.5;
+                    unasked.push((slot as u16, 0.5 * most));
                     continue;
                 }
             }
-            if TERMS & terms::SHADOWS != 0 {
-                let ray = match light.position {
-                    Some(position) => shadow_start.ray_to::<K>(position),
-                    None => Some(shadow_start.ray_along::<K>(light.direction)),
-                };
-                let Some(ray) = ray else { continue };
-                self.shadow_rays.push(ray);
+            if TERMS & terms::SHADOWS == 0 || beams.has_ray(slot) {
+                beams.part[slot] = 1.0;
+                asked.push(slot as u16);
             }
-            self.beams.push(beam);
+        }
+        if TERMS & terms::SHADOWS != 0 {
+            beams.shadow_rays.set_len(lit.count);
+            beams.shadow_rays.keep(asked);
         }
     }
 
     /// Takes away the beams that meet something.
     fn occlude<K: TreeKernels>(&mut self, scene: &Scene, packets: &mut PacketScratch) {
-        self.occluded.resize(self.shadow_rays.len(), false);
-        scene.occluded_packet::<K>(&self.shadow_rays, &mut self.occluded, packets);
-        for (beam, _) in self.beams.iter_mut().zip(&self.occluded).filter(|(_, occluded)| **occluded) {
-            beam.part = 0.0;
+        let Self { beams, asked, occluded, .. } = self;
+        occluded.clear();
+        occluded.resize(asked.len(), false);
+        scene.occluded_packet::<K>(&beams.shadow_rays.all(), occluded, packets);
+        for (&slot, &occluded) in asked.iter().zip(&*occluded) {
+            beams.part[usize::from(slot)] = if occluded { 0.0 } else { 1.0 };
         }
     }
 
@@ -127,38 +111,40 @@ impl Lighting {
     fn filter<K: TreeKernels>(
         &mut self,
         scene: &Scene,
+        rows: &SurfaceRows,
         media: &[MediumStack],
         packets: &mut PacketScratch,
         stop: &AtomicBool,
     ) {
-        self.ways.resize(self.shadow_rays.len(), Way::Unknown);
-        self.inside.clear();
-        let surfaces = &self.surfaces;
-        self.inside.extend(self.beams.iter().map(|beam| surfaces[beam.surface as usize].inside));
-        scene.look_along_packet::<K>(&self.shadow_rays, &self.inside, &mut self.ways, packets);
-        for ((beam, ray), way) in self.beams.iter_mut().zip(&self.shadow_rays).zip(&self.ways) {
+        let Self { beams, asked, inside, ways, glass: hits, .. } = self;
+        let media = |slot: u16| &media[usize::from(rows.ray[usize::from(slot)])];
+        ways.resize(asked.len(), Way::Unknown);
+        inside.clear();
+        inside.extend(asked.iter().map(|&slot| media(slot).inside()));
+        scene.look_along_packet::<K>(&beams.shadow_rays.all(), inside, ways, packets);
+        for (k, (&slot, way)) in asked.iter().zip(&*ways).enumerate() {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            let hits = &mut self.glass;
+            let part = &mut beams.part[usize::from(slot)];
+            let ray = beams.shadow_rays.ray(k);
             let reached = match way {
                 Way::Clear => continue,
                 Way::Blocked => false,
-                Way::Part(part) => {
-                    beam.part = *part;
+                Way::Part(through) => {
+                    *part = *through;
                     continue;
                 }
                 Way::Glass => {
-                    scene.glass_along::<K>(ray, hits);
+                    scene.glass_along::<K>(&ray, hits);
                     true
                 }
-                Way::Unknown => !scene.blocked::<K>(ray, hits),
+                Way::Unknown => !scene.blocked::<K>(&ray, hits),
             };
             if !reached {
-                beam.part = 0.0;
+                *part = 0.0;
             } else if !hits.is_empty() {
-                let media = media[surfaces[beam.surface as usize].index as usize];
-                beam.part = transmittance::<K>(scene, *ray, media, hits);
+                *part = transmittance::<K>(scene, ray, *media(slot), hits);
             }
         }
     }

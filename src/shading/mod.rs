@@ -10,7 +10,9 @@
 //! [`sampler`] picks, once a render, the code that has just the terms and the arithmetic which the scene asks for.
 
 mod crossing;
+mod lit;
 mod local;
+mod onward;
 mod packet;
 mod probe;
 mod radiance;

@@ -1,10 +1,12 @@
 //! Room for packets of rays and what they meet.
 
+use super::lit::{Beams, Lit};
+use super::onward::Onward;
 use super::tail::Tail;
-use crate::geometry::{Hit, Ray, ShadowStart};
+use crate::bvh::{PACKET, RayPacket};
+use crate::geometry::{Hit, Ray};
 use crate::math::Rgb;
 use crate::scene::{Inside, MediumStack, PacketScratch, Surfaces, Way};
-use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
 #[derive(Debug, Default)]
@@ -12,6 +14,7 @@ pub struct Scratch<R = ()> {
     /// One a depth.
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
+    pub(super) onward: Box<Onward>,
     pub(super) packets: PacketScratch,
     pub(super) surfaces: Surfaces,
     /// One a sample.
@@ -37,7 +40,7 @@ pub(super) struct Path {
 #[derive(Debug, Default)]
 pub(super) struct Level {
     /// Last come those that are inside of a body where they meet nothing else.
-    pub rays: Vec<Ray>,
+    pub rays: Box<RayPacket>,
     /// How many come before.
     pub outside: usize,
     pub paths: Vec<Path>,
@@ -46,20 +49,18 @@ pub(super) struct Level {
     pub hits: Vec<Option<Hit>>,
     /// The transparent bodies behind the surface that each ray ends on, if light gets there; empty in scenes without.
     pub beyond: Vec<Option<MediumStack>>,
-    /// Numbers of the rays that end on surfaces which light goes on from.
-    pub onward: Vec<u32>,
     /// Radiance along each ray, as far as it is known.
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
     pub refracted: Branches,
     /// Numbers of branches in the order that they are taken in.
-    order: Vec<u32>,
+    order: Vec<u16>,
 }
 
 /// Rays that go on from a packet.
 #[derive(Debug, Default)]
 pub(super) struct Branches {
-    rays: Vec<Ray>,
+    rays: Box<RayPacket>,
     paths: Vec<Path>,
     /// As in [`Level::media`].
     media: Vec<MediumStack>,
@@ -76,13 +77,13 @@ const INSIDE: u8 = 8;
 /// Surfaces that a packet of rays meets, and the light that falls on them.
 #[derive(Debug, Default)]
 pub(super) struct Lighting {
-    pub surfaces: Vec<Surface>,
-    /// From the light in question: first those that a shadow ray is traced for.
-    pub beams: Vec<Beam>,
-    /// Those for which none is.
-    pub unasked: Vec<Beam>,
-    /// Toward the light, one a beam.
-    pub shadow_rays: Vec<Ray>,
+    pub lit: Box<Lit>,
+    /// From the light in question.
+    pub beams: Box<Beams>,
+    /// The surfaces that a shadow ray is traced for.
+    pub asked: Vec<u16>,
+    /// Those for which none is, and what their beams may be wrong by, as radiance of the sample.
+    pub unasked: Vec<(u16, f64)>,
     pub occluded: Vec<bool>,
     /// The bodies that shadow rays start in.
     pub inside: Vec<Inside>,
@@ -95,45 +96,13 @@ pub(super) struct Lighting {
     pub spent: Vec<f64>,
 }
 
-/// A surface that light can fall on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Surface {
-    /// Of the ray that meets it, in its packet.
-    pub index: u32,
-    /// Of the material in the scene.
-    pub material: u32,
-    /// The bodies that are around it on the viewer's side.
-    pub inside: Inside,
-    pub point: DVec3,
-    pub shadow_start: ShadowStart,
-    /// Unit, on the viewer's side.
-    pub normal: DVec3,
-    /// Unit, toward the viewer.
-    pub view: DVec3,
-    pub color: Rgb,
-}
-
-/// Light on its way to a surface in front of it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Beam {
-    pub surface: u32,
-    /// Unit, toward the light.
-    pub direction: DVec3,
-    /// Of the angle to the normal.
-    pub cosine: f64,
-    pub radiance: Rgb,
-    /// The part of it that arrives.
-    pub part: f64,
-    /// If no shadow ray is traced: by how much that part may be wrong, as radiance of the sample.
-    pub doubt: Option<f64>,
-}
-
 impl<R> Scratch<R> {
     /// Empty room, and a recorder.
     pub(super) fn with(recorder: R) -> Self {
         Self {
             levels: Vec::new(),
             lighting: Lighting::default(),
+            onward: Box::default(),
             packets: PacketScratch::default(),
             surfaces: Surfaces::default(),
             tails: Vec::new(),
@@ -145,7 +114,7 @@ impl<R> Scratch<R> {
 impl Level {
     /// Makes room for a packet of rays and takes away what was there.
     pub fn clear(&mut self) {
-        self.rays.clear();
+        self.rays.set_len(0);
         self.paths.clear();
         self.media.clear();
     }
@@ -154,31 +123,25 @@ impl Level {
     /// the tree.
     pub fn take(&mut self, branches: &mut Branches) {
         self.clear();
-        self.outside = branches.rays.len() - branches.counts[usize::from(INSIDE)];
-        if branches.counts.contains(&branches.rays.len()) {
-            // In order as they are. (Changing places with them would let both grow again and again.)
-            self.rays.extend_from_slice(&branches.rays);
-            self.paths.extend_from_slice(&branches.paths);
-            self.media.extend_from_slice(&branches.media);
-        } else {
-            let mut starts = branches.counts;
-            let mut sum = 0;
-            for start in &mut starts {
-                sum += std::mem::replace(start, sum);
-            }
-            self.order.clear();
-            self.order.resize(branches.rays.len(), 0);
-            for (number, &kind) in (0..).zip(&branches.kinds) {
-                let start = &mut starts[usize::from(kind)];
-                self.order[*start] = number;
-                *start += 1;
-            }
-            let order = self.order.iter().map(|&number| number as usize);
-            self.rays.extend(order.clone().map(|number| branches.rays[number]));
-            self.paths.extend(order.clone().map(|number| branches.paths[number]));
-            if !branches.media.is_empty() {
-                self.media.extend(order.map(|number| branches.media[number]));
-            }
+        let count = branches.paths.len();
+        self.outside = count - branches.counts[usize::from(INSIDE)];
+        let mut starts = branches.counts;
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += std::mem::replace(start, sum);
+        }
+        self.order.clear();
+        self.order.resize(count, 0);
+        for (number, &kind) in (0..).zip(&branches.kinds) {
+            let start = &mut starts[usize::from(kind)];
+            self.order[*start] = number;
+            *start += 1;
+        }
+        self.rays.take(&branches.rays, &self.order);
+        let order = self.order.iter().map(|&number| usize::from(number));
+        self.paths.extend(order.clone().map(|number| branches.paths[number]));
+        if !branches.media.is_empty() {
+            self.media.extend(order.map(|number| branches.media[number]));
         }
         branches.clear();
     }
@@ -191,11 +154,12 @@ fn octant(ray: &Ray) -> u8 {
 
 impl Branches {
     /// `inside`: whether the ray meets nothing but the body that it is inside of.
-    pub fn push(&mut self, ray: Ray, path: Path, media: Option<&MediumStack>, inside: bool) {
-        let kind = if inside { INSIDE } else { octant(&ray) };
+    pub fn push(&mut self, ray: &Ray, path: Path, media: Option<&MediumStack>, inside: bool) {
+        let kind = if inside { INSIDE } else { octant(ray) };
         self.counts[usize::from(kind)] += 1;
         self.kinds.push(kind);
-        self.rays.push(ray);
+        debug_assert!(self.paths.len() < PACKET, "a ray sends on one of a kind");
+        self.rays.put(self.paths.len(), ray);
         self.paths.push(path);
         self.media.extend(media);
     }
@@ -203,10 +167,11 @@ impl Branches {
     /// Drops the branches whose paths are not worth it.
     pub fn retain(&mut self, mut worth_it: impl FnMut(&Path) -> bool) {
         let mut kept = 0;
-        for k in 0..self.rays.len() {
+        for k in 0..self.paths.len() {
             if worth_it(&self.paths[k]) {
                 if kept < k {
-                    (self.rays[kept], self.paths[kept]) = (self.rays[k], self.paths[k]);
+                    self.rays.put(kept, &self.rays.ray(k));
+                    self.paths[kept] = self.paths[k];
                     (self.media[kept], self.kinds[kept]) = (self.media[k], self.kinds[k]);
                 }
                 kept += 1;
@@ -214,14 +179,12 @@ impl Branches {
                 self.counts[usize::from(self.kinds[k])] -= 1;
             }
         }
-        self.rays.truncate(kept);
         self.paths.truncate(kept);
         self.media.truncate(kept);
         self.kinds.truncate(kept);
     }
 
     fn clear(&mut self) {
-        self.rays.clear();
         self.paths.clear();
         self.media.clear();
         self.kinds.clear();

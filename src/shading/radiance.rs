@@ -1,17 +1,19 @@
 //! The recursive function.
 
-use super::crossing::{Crossing, Split, cross, slack, split};
+use super::crossing::{Crossing, cross, slack};
+use super::lit::Begin;
 use super::local::add_lights;
-use super::packet::{Level, Lighting, Path, Scratch, Surface};
+use super::onward::Onward;
+use super::packet::{Level, Lighting, Path, Scratch};
 use super::ray_tree::{Cut, RayKind};
 use super::record::Recorder;
 use super::sample::{RayCounts, Sample};
 use super::sampler::terms;
 use super::tail::Tail;
-use crate::bvh::TreeKernels;
-use crate::geometry::{Ray, SurfaceInteraction, reflect};
+use crate::bvh::{PACKET, TreeKernels};
+use crate::geometry::{Ray, SurfaceInteraction};
 use crate::math::Rgb;
-use crate::scene::{Inside, MOST_SURFACES, MediumStack, PacketScratch, Scene, Surfaces};
+use crate::scene::{MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -24,13 +26,13 @@ pub(super) fn trace<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    for (points, samples) in points.chunks(MOST_SURFACES).zip(samples.chunks_mut(MOST_SURFACES)) {
+    for (points, samples) in points.chunks(PACKET).zip(samples.chunks_mut(PACKET)) {
         trace_packet::<K, TERMS, R>(scene, points, samples, counts, scratch, stop);
     }
 }
 
-/// The same for no more samples than there is room for their surfaces. Every ray sends on one of a kind at most, so
-/// that no packet that follows is larger than the first.
+/// The same for no more samples than rays go into a packet. Every ray sends on one of a kind at most, so that no packet
+/// that follows is larger than the first.
 fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scene: &Scene,
     points: &[DVec2],
@@ -39,7 +41,7 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    let Scratch { levels, lighting, packets, surfaces, tails, recorder } = scratch;
+    let Scratch { levels, lighting, onward, packets, surfaces, tails, recorder } = scratch;
     let depths = if TERMS & terms::MIRRORS != 0 { scene.render.max_depth as usize + 1 } else { 1 };
     if levels.len() < depths {
         levels.resize_with(depths, Level::default);
@@ -56,17 +58,18 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     }
     let first = &mut levels[0];
     first.clear();
+    first.rays.set_len(points.len());
     for (sample, point) in (0..).zip(points) {
         let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(point.x, point.y) };
         if TERMS & terms::GLASS != 0 {
             first.media.push(scene.media_at_start(ray.origin));
         }
-        first.rays.push(ray);
+        first.rays.put(sample as usize, &ray);
         first.paths.push(Path { sample, parent: 0, share: 1.0, weight: 1.0 });
     }
     first.outside = points.len();
     counts.camera += points.len() as u64;
-    let mut tracer = Tracer { scene, samples, counts, lighting, packets, surfaces, tails, recorder, stop };
+    let mut tracer = Tracer { scene, samples, counts, lighting, onward, packets, surfaces, tails, recorder, stop };
     tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
     tracer.recorder.end(&levels[0]);
@@ -89,6 +92,7 @@ struct Tracer<'a, R> {
     samples: &'a mut [Sample],
     counts: &'a mut RayCounts,
     lighting: &'a mut Lighting,
+    onward: &'a mut Onward,
     packets: &'a mut PacketScratch,
     surfaces: &'a mut Surfaces,
     /// Empty if nothing that matters is cut.
@@ -109,8 +113,7 @@ impl<R: Recorder> Tracer<'_, R> {
         }
         level.hits.resize(level.rays.len(), None);
         self.intersect::<K>(level);
-        self.lighting.surfaces.clear();
-        self.scene.surfaces::<K>(&level.rays, &level.hits, self.surfaces);
+        self.scene.surfaces::<K>(&level.rays.all(), &level.hits, self.surfaces);
         if TERMS & terms::GLASS != 0 {
             self.cross_glass::<K>(level);
         }
@@ -118,8 +121,13 @@ impl<R: Recorder> Tracer<'_, R> {
         if TERMS & terms::MIRRORS != 0 {
             self.branch::<K, TERMS>(level, depth);
         }
+        let (rows, lighting) = (self.surfaces.rows(), &mut *self.lighting);
         self.counts.shadow +=
-            add_lights::<K, TERMS, R>(self.scene, self.lighting, level, self.packets, self.recorder, self.stop);
+            add_lights::<K, TERMS, R>(self.scene, rows, lighting, level, self.packets, self.recorder, self.stop);
+        for (slot, &ray) in rows.ray[..rows.count].iter().enumerate() {
+            level.sums[usize::from(ray)] = lighting.lit.sum(slot);
+        }
+        self.miss(level);
         if TERMS & terms::MIRRORS != 0 && !self.tails.is_empty() {
             for (path, &own) in level.paths.iter().zip(&level.sums) {
                 self.tails[path.sample as usize].meet(own);
@@ -144,9 +152,9 @@ impl<R: Recorder> Tracer<'_, R> {
     /// Finds what the rays of a packet meet.
     fn intersect<K: TreeKernels>(&mut self, level: &mut Level) {
         let (scene, outside) = (self.scene, level.outside);
-        scene.intersect_packet::<K>(&level.rays[..outside], &mut level.hits[..outside], self.packets);
+        scene.intersect_packet::<K>(&level.rays.first(outside), &mut level.hits[..outside], self.packets);
         for number in outside..level.rays.len() {
-            let ray = &level.rays[number];
+            let ray = &level.rays.ray(number);
             let exit = level.media[number].only().and_then(|body| scene.exit::<K>(ray, body));
             level.hits[number] = exit.or_else(|| scene.intersect::<K>(ray));
         }
@@ -175,110 +183,143 @@ impl<R: Recorder> Tracer<'_, R> {
         let scene = self.scene;
         level.beyond.clear();
         level.beyond.resize(level.rays.len(), None);
-        for index in 0..level.rays.len() {
-            let mut overfull = level.media[index].is_overfull();
-            if let Some(hit) = level.hits[index]
-                && scene.materials[scene.material_of(hit.object, hit.primitive) as usize].transmit != 0.0
-            {
-                let mut interaction = self.surfaces.get(scene, index, &hit);
-                let (mut ray, media) = (level.rays[index], &mut level.media[index]);
-                let beyond = &mut level.beyond[index];
-                if surface::<K, R>(scene, &mut ray, &mut interaction, media, beyond, self.recorder) {
-                    level.hits[index] = Some(interaction.hit);
-                    self.surfaces.set(index, &interaction);
-                } else {
-                    level.hits[index] = None;
-                }
-                overfull = media.is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
-            }
+        for (media, path) in level.media.iter().zip(&level.paths) {
+            self.samples[path.sample as usize].overfull |= media.is_overfull();
+        }
+        for slot in 0..self.surfaces.rows().count {
+            let rows = self.surfaces.rows();
+            let index = usize::from(rows.ray[slot]);
+            let is_glass = rows.material(scene, slot).is_some_and(|material| material.transmit != 0.0);
+            let Some(hit) = level.hits[index].filter(|_| is_glass) else { continue };
+            let mut interaction = self.surfaces.get(slot, &hit);
+            let (mut ray, media) = (level.rays.ray(index), &mut level.media[index]);
+            let beyond = &mut level.beyond[index];
+            let ends = surface::<K, R>(scene, &mut ray, &mut interaction, media, beyond, self.recorder);
+            level.hits[index] = ends.then_some(interaction.hit);
+            self.surfaces.set(slot, ends.then_some(&interaction));
+            let overfull = media.is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
             self.samples[level.paths[index].sample as usize].overfull |= overfull;
         }
     }
 
-    /// Shades the rays of a packet as far as each can be done alone: background or ambient light.
+    /// Gives rays that meet nothing the background.
+    fn miss(&mut self, level: &mut Level) {
+        let hits = level.hits.iter().enumerate();
+        for (index, _) in hits.filter(|(_, hit)| hit.is_none()) {
+            level.sums[index] = self.scene.background(level.rays.ray(index).direction);
+            self.samples[level.paths[index].sample as usize].cost += 1;
+        }
+    }
+
+    /// Finds out what the surfaces of a packet are made of, and shades them as far as each can be done alone: ambient
+    /// light.
     #[inline(never)]
     fn meet<const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
-        let scene = self.scene;
-        for index in 0..level.rays.len() {
-            let direction = level.rays[index].direction;
-            let sample = &mut self.samples[level.paths[index].sample as usize];
-            let Some(hit) = level.hits[index] else {
-                level.sums[index] = scene.background(direction);
-                sample.cost += 1;
-                continue;
-            };
-            let interaction = self.surfaces.get(scene, index, &hit);
-            let material = &scene.materials[interaction.material as usize];
-            sample.meet(&interaction, depth, scene.lights.len());
-            let color = material.color(|| scene.uv(&hit, interaction.point));
-            let ambient = scene.world.ambient * color * material.ambient;
-            let beyond = level.beyond.get(index).and_then(Option::as_ref);
-            self.recorder.meet(scene, &interaction, color, ambient, beyond);
-            level.sums[index] = ambient;
-            if material.diffuse != 0.0 || (TERMS & terms::HIGHLIGHTS != 0 && material.specular > 0.0) {
-                self.lighting.surfaces.push(Surface {
-                    index: index as u32,
-                    material: interaction.material,
-                    inside: level.media.get(index).map_or(Inside::Nothing, MediumStack::inside),
-                    point: interaction.point,
-                    shadow_start: interaction.shadow_start(),
-                    normal: interaction.shading_normal * interaction.side(),
-                    view: -direction,
-                    color,
-                });
+        let (scene, lit, rows) = (self.scene, &mut *self.lighting.lit, self.surfaces.rows());
+        self.onward.slots.clear();
+        let mut start = 0;
+        while start < rows.count {
+            let slots = rows.alike(start);
+            let material = rows.material(scene, start);
+            start = slots.end;
+            lit.made_of(slots.clone(), material);
+            let Some(material) = material else { continue };
+            match material.plain_color() {
+                Some(color) => lit.fill_color(slots.clone(), color),
+                None => {
+                    for slot in slots.clone() {
+                        let hit = level.hits[usize::from(rows.ray[slot])].as_ref();
+                        let uv = || hit.map_or(DVec2::ZERO, |hit| scene.uv(hit, rows.point(slot)));
+                        lit.put_color(slot, material.color(uv));
+                    }
+                }
             }
             if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
-                level.onward.push(index as u32);
+                self.onward.take(slots, material);
             }
+        }
+        for slot in 0..rows.count {
+            let index = usize::from(rows.ray[slot]);
+            let path = &level.paths[index];
+            lit.weight[slot] = path.weight;
+            let Some(hit) = &level.hits[index] else { continue };
+            let normal = (depth == 0).then(|| rows.normal(slot));
+            self.samples[path.sample as usize].meet(hit.object, normal, scene.lights.len());
+        }
+        scene.run(Begin { ambient: scene.world.ambient }, &*self.surfaces, lit);
+        for slot in 0..if R::LISTENS { rows.count } else { 0 } {
+            let index = usize::from(rows.ray[slot]);
+            let Some(hit) = &level.hits[index] else { continue };
+            let beyond = level.beyond.get(index).and_then(Option::as_ref);
+            self.recorder.meet(scene, &self.surfaces.get(slot, hit), lit.color(slot), lit.sum(slot), beyond);
         }
     }
 
     /// Sends on mirrored and refracted rays from the surfaces of a packet.
     #[inline(never)]
     fn branch<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
-        let scene = self.scene;
-        let mut onward = std::mem::take(&mut level.onward);
-        for index in onward.drain(..) {
-            let number = index as usize;
-            let (ray, Path { sample, weight, .. }) = (&level.rays[number], level.paths[number]);
-            let Some(hit) = level.hits[number] else { continue };
-            let interaction = self.surfaces.get(scene, number, &hit);
-            let material = &scene.materials[interaction.material as usize];
+        if depth >= self.scene.render.max_depth {
+            return self.end_paths(level);
+        }
+        let (scene, rows) = (self.scene, self.surfaces.rows());
+        let mut is_glass = false;
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let number = usize::from(rows.ray[slot]);
+            let before = || level.media.get(number).map_or(scene.world.ior, |media| media.ior(scene));
+            if let Some(beyond) = level.beyond.get(number).and_then(Option::as_ref) {
+                self.onward.put_glass(slot, before() / beyond.ior(scene));
+                is_glass = true;
+            } else if let Some(material) = rows.material(scene, slot).filter(|material| material.fresnel) {
+                self.onward.put_varnish(slot, before() / material.ior);
+            }
+        }
+        if TERMS & terms::GLASS != 0 && is_glass {
+            self.onward.divide::<K, true>(scene, self.surfaces);
+        } else {
+            self.onward.divide::<K, false>(scene, self.surfaces);
+        }
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let index = self.surfaces.rows().ray[slot];
+            let number = usize::from(index);
+            let Path { sample, weight, .. } = level.paths[number];
             if let Some(tail) = self.tails.get_mut(sample as usize) {
-                tail.send_on(material.reflect + material.transmit);
+                tail.send_on(self.onward.gain(slot));
             }
-            if depth >= scene.render.max_depth {
-                let weight = weight * (material.reflect + material.transmit);
-                self.samples[sample as usize].cut += weight;
-                self.recorder.cut(Cut { kind: None, weight, depth: true });
-                continue;
-            }
-            let media = level.media.get(number);
-            // Whether a ray has only to find the way out of a body.
-            let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
-            let outside = media.map_or(scene.world.ior, |media| media.ior(scene));
-            let beyond = if TERMS & terms::GLASS != 0 { level.beyond[number].as_ref() } else { None };
-            let eta = beyond.map(|beyond| outside / beyond.ior(scene));
-            let (normal, facet) =
-                (interaction.shading_normal * interaction.side(), interaction.geometric_normal * interaction.side());
-            let Split { normal, reflect: mirrored, transmit } =
-                split::<K>(material, ray, normal, facet, (outside, eta), interaction.entering);
+            let beyond = level.beyond.get(number).and_then(Option::as_ref);
+            let mirrored = self.onward.mirrored(slot);
+            let transmit = self.onward.refracted(slot).filter(|_| is_glass).zip(beyond);
             // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without
             // end.
             let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
-            let path = |share: f64| Path { sample, parent: index, share, weight: weight * (share / gain) };
+            let path = |share: f64| Path { sample, parent: index.into(), share, weight: weight * (share / gain) };
+            // Whether a ray has only to find the way out of a body.
+            let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
             let onward = path(mirrored);
             if self.worth_it(&onward, RayKind::Reflection) {
-                let direction = reflect(ray.direction, normal, facet);
-                let ray = interaction.spawn_ray::<K>(direction);
-                level.reflected.push(ray, onward, media, media.is_some_and(inside));
+                let media = level.media.get(number);
+                level.reflected.push(&self.onward.mirrored_rays().ray(slot), onward, media, media.is_some_and(inside));
             }
-            if let (Some((share, direction)), Some(beyond)) = (transmit, beyond) {
-                let ray = interaction.spawn_ray::<K>(direction);
-                level.refracted.push(ray, path(share), Some(beyond), inside(beyond));
+            if let Some((share, beyond)) = transmit {
+                let ray = self.onward.refracted_rays().ray(slot);
+                level.refracted.push(&ray, path(share), Some(beyond), inside(beyond));
             }
         }
-        level.onward = onward;
+    }
+
+    /// Ends all paths at the surfaces of a packet: they are as long as they may be.
+    fn end_paths(&mut self, level: &Level) {
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let Path { sample, weight, .. } = level.paths[usize::from(self.surfaces.rows().ray[slot])];
+            let gain = self.onward.gain(slot);
+            if let Some(tail) = self.tails.get_mut(sample as usize) {
+                tail.send_on(gain);
+            }
+            self.samples[sample as usize].cut += weight * gain;
+            self.recorder.cut(Cut { kind: None, weight: weight * gain, depth: true });
+        }
     }
 
     /// Whether a path is worth following; if not, its weight is noted.

@@ -1,7 +1,8 @@
 //! Who listens while rays are traced.
 
-use super::packet::{Beam, Level, Lighting};
+use super::packet::{Level, Lighting};
 use super::ray_tree::{Branch, Coefficients, Cut, End, LightTerm, Medium, Passed, RayKind, RayTree, SurfaceTerms};
+use super::sampler::terms;
 use crate::bvh::TreeKernels;
 use crate::description::{SceneDesc, Target};
 use crate::geometry::{Hit, SurfaceInteraction};
@@ -11,6 +12,9 @@ use crate::scene::{MediumStack, Scene, Shape};
 /// Hears what the tracer does, in its order. `()` hears nothing and costs nothing: the tracer is compiled for each
 /// recorder.
 pub(super) trait Recorder {
+    /// Whether it hears anything.
+    const LISTENS: bool = true;
+
     /// A packet is about to be traced.
     fn begin<K: TreeKernels>(&mut self, _scene: &Scene, _kind: RayKind, _level: &Level) {}
     /// A surface is passed that changes nothing.
@@ -19,16 +23,16 @@ pub(super) trait Recorder {
     /// it.
     fn meet(&mut self, _: &Scene, _: &SurfaceInteraction, _color: Rgb, _ambient: Rgb, _beyond: Option<&MediumStack>) {}
     /// How much of a light arrives is known.
-    fn light<K: TreeKernels>(&mut self, _scene: &Scene, _light: usize, _lighting: &Lighting) {}
-    /// What a beam adds: the two terms as factors of the light, and all of it as it is added.
-    fn add(&mut self, _beam: &Beam, _diffuse: Rgb, _specular: f64, _sum: Rgb) {}
+    fn light<K: TreeKernels, const TERMS: u8>(&mut self, _scene: &Scene, _light: usize, _lighting: &Lighting) {}
     /// Rays are not followed.
     fn cut(&mut self, _cut: Cut) {}
     /// The packet that was begun last has come to its end.
     fn end(&mut self, _level: &Level) {}
 }
 
-impl Recorder for () {}
+impl Recorder for () {
+    const LISTENS: bool = false;
+}
 
 /// Writes down the ray tree of a packet of one ray.
 pub(super) struct TreeRecorder<'a> {
@@ -87,7 +91,8 @@ impl<'a> TreeRecorder<'a> {
 
 impl Recorder for TreeRecorder<'_> {
     fn begin<K: TreeKernels>(&mut self, scene: &Scene, kind: RayKind, level: &Level) {
-        let ([ray], [path]) = (&*level.rays, &*level.paths) else { return };
+        let [path] = &*level.paths else { return };
+        let ray = level.rays.ray(0);
         self.open.push(RayTree {
             kind,
             origin: ray.origin.to_array(),
@@ -95,7 +100,7 @@ impl Recorder for TreeRecorder<'_> {
             share: path.share,
             weight: path.weight,
             medium: self.medium(scene, level.media.first()),
-            visits: scene.visits::<K>(ray, false),
+            visits: scene.visits::<K>(&ray, false),
             passed: Vec::new(),
             end: End::Background,
             radiance: Rgb::BLACK,
@@ -149,39 +154,44 @@ impl Recorder for TreeRecorder<'_> {
         }
     }
 
-    fn light<K: TreeKernels>(&mut self, scene: &Scene, light: usize, lighting: &Lighting) {
+    fn light<K: TreeKernels, const TERMS: u8>(&mut self, scene: &Scene, light: usize, lighting: &Lighting) {
+        let Lighting { lit, beams, asked, unasked, .. } = lighting;
+        // A surface on which no light can fall has no such terms.
+        if lit.count == 0 || !lit.get(0).responds::<TERMS>() {
+            return;
+        }
         let name = self.desc.map_or(String::new(), |desc| {
             let shining = (0..desc.lights.len()).filter(|light| desc.lights[*light].visible).nth(light);
             Target::Light(shining.unwrap_or(light)).label(desc)
         });
-        let beam = lighting.beams.first();
-        let shadow_ray = lighting.shadow_rays.first();
+        let doubt = unasked.first().map(|(_, doubt)| *doubt);
+        let beam = (doubt.is_some() || !asked.is_empty()).then(|| beams.get(0));
+        let shadow_ray = (TERMS & terms::SHADOWS != 0 && !asked.is_empty()).then(|| beams.shadow_rays.ray(0));
         let blocked = shadow_ray.filter(|_| beam.is_some_and(|beam| beam.part < 1.0));
-        let blocker = blocked.and_then(|ray| scene.intersect::<K>(ray));
+        let blocker = blocked.and_then(|ray| scene.intersect::<K>(&ray));
         let shadow_of = blocker.map(|hit| self.object(scene, hit.object));
+        let (surface, mut terms) = (lit.get(0), [Rgb::BLACK; 3]);
+        if let Some(beam) = beam.filter(|beam| beam.part != 0.0) {
+            let specular = if surface.shines::<TERMS>() { surface.highlight::<K>(&beam) } else { 0.0 };
+            let arriving = |factor: Rgb| beam.radiance * factor * beam.part;
+            terms =
+                [arriving(surface.diffuse(&beam)), arriving(Rgb::grey(specular)), surface.response::<K, TERMS>(&beam)];
+        }
+        let [diffuse, specular, sum] = terms;
         let term = LightTerm {
             light: name,
             behind: beam.is_none(),
             part: beam.map_or(0.0, |beam| beam.part),
-            unasked: beam.and_then(|beam| beam.doubt).map(|doubt| doubt * STEEPEST),
+            unasked: doubt.map(|doubt| doubt * STEEPEST),
             shadow_of,
             cosine: beam.map_or(0.0, |beam| beam.cosine),
-            diffuse: Rgb::BLACK,
-            specular: Rgb::BLACK,
-            sum: Rgb::BLACK,
-            visits: shadow_ray.map_or(0, |ray| scene.visits::<K>(ray, true)),
+            diffuse,
+            specular,
+            sum,
+            visits: shadow_ray.map_or(0, |ray| scene.visits::<K>(&ray, true)),
         };
-        // A surface on which no light can fall has no such terms.
-        if let (Some(surface), false) = (self.surface(), lighting.surfaces.is_empty()) {
+        if let Some(surface) = self.surface() {
             surface.lights.push(term);
-        }
-    }
-
-    fn add(&mut self, beam: &Beam, diffuse: Rgb, specular: f64, sum: Rgb) {
-        if let Some(term) = self.surface().and_then(|surface| surface.lights.last_mut()) {
-            term.diffuse = beam.radiance * diffuse * beam.part;
-            term.specular = beam.radiance * Rgb::grey(specular) * beam.part;
-            term.sum = sum;
         }
     }
 

@@ -1,8 +1,7 @@
 //! What comes out of tracing.
 
-use crate::geometry::SurfaceInteraction;
 use crate::math::{Rgb, lowbias32};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::ops::AddAssign;
 
 /// Rays by kind.
@@ -57,15 +56,16 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Notes a surface that the ray tree meets at this depth.
-    pub(super) fn meet(&mut self, interaction: &SurfaceInteraction, depth: u32, lights: usize) {
+    /// Notes a surface that the ray tree meets: its object, and its normal on the viewer's side if that is where the
+    /// camera ray ends.
+    #[inline(always)]
+    pub(super) fn meet(&mut self, object: u32, normal: Option<DVec3>, lights: usize) {
         self.cost += 1 + lights as u32;
         // The parts of a mesh are told apart by their normals.
-        let surface = interaction.hit.object + 1;
-        if depth == 0 {
+        let surface = object + 1;
+        if let Some(normal) = normal {
             self.surface = surface;
-            let side = if interaction.entering { 1.0 } else { -1.0 };
-            self.normal = (interaction.shading_normal * side).as_vec3();
+            self.normal = normal.as_vec3();
         }
         self.tree = lowbias32(self.tree.wrapping_mul(31).wrapping_add(surface));
     }

@@ -124,8 +124,8 @@ impl Body {
         let [together] = effort.run(seed + 2000, packets, |rng, [tally]| {
             let rays = self.packet_from_inside(rng);
             let (mut hits, mut occluded, mut scratch) = ([None; PACKET], [false; PACKET], PacketScratch::default());
-            self.scene.intersect_packet::<Robust>(&rays, &mut hits, &mut scratch);
-            self.scene.occluded_packet::<Robust>(&rays, &mut occluded, &mut scratch);
+            self.scene.intersect_packet::<Robust>(&rays[..], &mut hits, &mut scratch);
+            self.scene.occluded_packet::<Robust>(&rays[..], &mut occluded, &mut scratch);
             for (hit, occluded) in hits.iter().zip(occluded) {
                 tally.judge(only_robust(hit.is_none() || !occluded));
             }
@@ -250,8 +250,8 @@ fn packet_of_shapes(scene: &Scene, offset: f64, rng: &mut SplitMix64, tally: &mu
     let mut scratch = PacketScratch::default();
     let differ = each_preset!(K => {
         let (mut hits, mut occluded) = ([None; PACKET], [false; PACKET]);
-        scene.intersect_packet::<K>(&rays, &mut hits, &mut scratch);
-        scene.occluded_packet::<K>(&rays, &mut occluded, &mut scratch);
+        scene.intersect_packet::<K>(&rays[..], &mut hits, &mut scratch);
+        scene.occluded_packet::<K>(&rays[..], &mut occluded, &mut scratch);
         let same = |k: usize| hits[k] == scene.intersect::<K>(&rays[k]) && occluded[k] == scene.occluded::<K>(&rays[k]);
         std::array::from_fn::<bool, PACKET, _>(|k| !same(k))
     });
