@@ -1,12 +1,11 @@
 //! The cone with its base of radius 1 at y = -1 and its apex at y = 1.
 
-use super::cylinder::{BOTTOM, NearestF32, SIDE, advance, cap_surface, cap_uv};
+use super::cylinder::{BOTTOM, NearestF32, SIDE, advance, cap_surface, cap_uv, side_uv};
 use super::interaction::SurfacePoint;
 use super::interval::Interval;
 use super::quadratic::{classic_roots_f32, roots};
 use super::ray::Ray;
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
 
 /// Radius at distance w below the apex is `SLOPE * w`.
 const SLOPE: f64 = 0.5;
@@ -96,6 +95,7 @@ pub fn cone_surface_at(p: DVec3, rho: f64, face: u32) -> SurfacePoint {
 }
 
 /// Texture coordinates at point `p` of face `face`: longitude and height on the side, the unit square on the base.
+#[inline(always)]
 pub fn cone_uv(p: DVec3, face: u32) -> DVec2 {
-    if face == BOTTOM { cap_uv(p, -1.0) } else { DVec2::new(0.5 + p.x.atan2(p.z) / (2.0 * PI), 0.5 + 0.5 * p.y) }
+    if face == SIDE { side_uv(p) } else { cap_uv(p, face) }
 }

@@ -63,6 +63,7 @@ pub fn cuboid_surface(p: DVec3, face: u32) -> SurfacePoint {
 }
 
 /// Texture coordinates at point `p` of face `face`. Pictures stand upright on every face, seen from outside.
+#[inline(always)]
 pub fn cuboid_uv(p: DVec3, face: u32) -> DVec2 {
     let (axis, side) = side_of(face);
     let (s, t) = match axis {

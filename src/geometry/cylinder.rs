@@ -4,8 +4,8 @@ use super::interaction::SurfacePoint;
 use super::interval::Interval;
 use super::quadratic::{classic_roots_f32, roots};
 use super::ray::Ray;
+use super::sphere::longitude;
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
 
 pub(super) const SIDE: u32 = 0;
 pub(super) const BOTTOM: u32 = 1;
@@ -103,12 +103,15 @@ pub fn cylinder_surface(p: DVec3, face: u32) -> SurfacePoint {
 }
 
 /// Texture coordinates at point `p` of face `face`: longitude and height on the side, the unit square on the caps.
+#[inline(always)]
 pub fn cylinder_uv(p: DVec3, face: u32) -> DVec2 {
-    match face {
-        SIDE => DVec2::new(0.5 + p.x.atan2(p.z) / (2.0 * PI), 0.5 + 0.5 * p.y),
-        BOTTOM => cap_uv(p, -1.0),
-        _ => cap_uv(p, 1.0),
-    }
+    if face == SIDE { side_uv(p) } else { cap_uv(p, face) }
+}
+
+/// Texture coordinates on the side.
+#[inline(always)]
+pub(super) fn side_uv(p: DVec3) -> DVec2 {
+    DVec2::new(longitude(p), 0.5 + 0.5 * p.y)
 }
 
 /// The unit disc at y = `side`, looking away from y = 0.
@@ -117,7 +120,10 @@ pub(super) fn cap_surface(p: DVec3, side: f64) -> SurfacePoint {
     SurfacePoint { point: DVec3::new(p.x, side, p.z), normal: DVec3::Y * side }
 }
 
-/// Texture coordinates on that disc.
-pub(super) fn cap_uv(p: DVec3, side: f64) -> DVec2 {
+/// Texture coordinates at point `p` of a cap of the cylinder or of the base of the cone: those of [`cylinder_uv`] and
+/// [`cone_uv`], where there is nothing but these faces.
+#[inline(always)]
+pub fn cap_uv(p: DVec3, face: u32) -> DVec2 {
+    let side = if face == BOTTOM { -1.0 } else { 1.0 };
     DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * side * p.z)
 }

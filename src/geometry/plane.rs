@@ -41,11 +41,13 @@ pub fn plane_surface(p: DVec3) -> SurfacePoint {
 }
 
 /// Texture coordinates on the plane: scene units, v toward -z.
+#[inline(always)]
 pub fn plane_uv(p: DVec3) -> DVec2 {
     DVec2::new(p.x, -p.z)
 }
 
 /// Texture coordinates on the quad: the unit square, v toward -z.
+#[inline(always)]
 pub fn quad_uv(p: DVec3) -> DVec2 {
     DVec2::new(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.z)
 }

@@ -4,8 +4,9 @@
 use super::interaction::SurfacePoint;
 use super::quadratic::classic_roots_f32;
 use super::ray::Ray;
+use crate::math::atan2;
 use glam::{DVec2, DVec3, Vec3};
-use std::f64::consts::PI;
+use std::f64::consts::FRAC_1_PI;
 
 /// The first root on the ray, in f64: discriminant from the vector of closest approach and roots in q-form (Haines,
 /// Günther, Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems 2019, ch. 7). A ray
@@ -69,11 +70,18 @@ pub fn sphere_surface(p: DVec3) -> SurfacePoint {
     SurfacePoint { point: n, normal: n }
 }
 
-/// Texture coordinates at a point in the direction `p` from the centre: longitude and latitude.
+/// Texture coordinates at a point in the direction `p` from the centre, which need not be of unit length: longitude and
+/// latitude.
+#[inline(always)]
 pub fn sphere_uv(p: DVec3) -> DVec2 {
-    let n = p.normalize_or(DVec3::Y);
-    // atan2(0, 0) is 0: the poles have a defined u.
-    DVec2::new(0.5 + n.x.atan2(n.z) / (2.0 * PI), 0.5 + n.y.clamp(-1.0, 1.0).asin() / PI)
+    // Not by the arc sine of the height, which next to the poles loses half of the digits.
+    DVec2::new(longitude(p), 0.5 + atan2(p.y, (p.x * p.x + p.z * p.z).sqrt()) * FRAC_1_PI)
+}
+
+/// The part of a turn about the y axis from -z on, by way of -x. The axis itself is half-way: atan2(0, 0) is 0.
+#[inline(always)]
+pub(super) fn longitude(p: DVec3) -> f64 {
+    0.5 + atan2(p.x, p.z) * (0.5 * FRAC_1_PI)
 }
 
 #[cfg(test)]

@@ -2,11 +2,13 @@
 
 /// A well mixed 32-bit value for pixel (x, y): the seed of the pixel's sample sequence. The mixer is the finaliser of
 /// Wellons' hash prospector (lowbias32), applied once a coordinate.
+#[inline(always)]
 pub fn hash_pixel(x: u32, y: u32) -> u32 {
     lowbias32(lowbias32(x.wrapping_add(0x9e37_79b9)) ^ y)
 }
 
 /// Wellons' `lowbias32`: a bijection of u32 with a bias of 0.17.
+#[inline(always)]
 pub fn lowbias32(mut v: u32) -> u32 {
     v ^= v >> 16;
     v = v.wrapping_mul(0x21f0_aaad);

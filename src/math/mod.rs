@@ -1,6 +1,7 @@
-//! Colour, hashing, sample sequences, powers and affine transforms: arithmetic that knows nothing of scenes.
+//! Colour, hashing, sample sequences, powers, angles and affine transforms: arithmetic that knows nothing of scenes.
 
 mod affine;
+mod angle;
 mod four;
 mod hash;
 mod power;
@@ -9,6 +10,7 @@ mod sobol;
 mod srgb;
 
 pub use affine::Affine;
+pub use angle::atan2;
 pub use four::Four;
 pub use hash::{SplitMix64, hash_pixel, lowbias32};
 pub use power::pow;

@@ -11,17 +11,18 @@ use super::hash::{hash_pixel, lowbias32};
 /// the pixel centre that closed forms speak of. Half of the pixels have their centre at the upper end of its interval,
 /// half at the lower, in either direction: the mean over pixels is that of the square.
 ///
-/// The position depends on the pixel and the index alone, so any order of tracing gives the same picture.
+/// The position depends on the pixel and the index alone, so any order of tracing gives the same picture. No branches:
+/// loops over samples become vector code.
+#[inline(always)]
 pub fn sample_in_pixel(x: u32, y: u32, index: u32) -> (f64, f64) {
     let seed = hash_pixel(x, y);
     let (seed_u, seed_v) = (lowbias32(seed ^ 0x68bc_21eb), lowbias32(seed ^ 0x02e5_be93));
-    if index == 0 {
-        return (0.5, 0.5);
-    }
-    let u = owen_scramble(sobol_0(index), seed_u) ^ owen_scramble(0, seed_u) ^ centre_of(seed_u);
-    let v = owen_scramble(sobol_1(index), seed_v) ^ owen_scramble(0, seed_v) ^ centre_of(seed_v);
-    let scale = 2f64.powi(-32);
-    (f64::from(u) * scale, f64::from(v) * scale)
+    // Of index 0 nothing remains but the shift, which may be to just below the centre.
+    let place = |v: u32, seed: u32| {
+        let shifted = (scramble(v, seed) ^ scramble(0, seed)).reverse_bits() ^ centre_of(seed);
+        f64::from(if index == 0 { 1 << 31 } else { shifted }) / (1u64 << 32) as f64
+    };
+    (place(sobol_0(index), seed_u), place(sobol_1(index), seed_v))
 }
 
 /// Bends a position in 0..1 so that uniform positions get the density of a tent two pixels wide around the middle of
@@ -29,52 +30,86 @@ pub fn sample_in_pixel(x: u32, y: u32, index: u32) -> (f64, f64) {
 /// pixel. Of the filters that are better than a box the tent is the one whose inverse is exact, monotone and two square
 /// roots, so that elementary intervals stay intervals; it has no negative weights to ring, and the middle stays the
 /// middle.
+#[inline(always)]
 pub fn tent(u: f64) -> f64 {
-    if u < 0.5 { (2.0 * u).sqrt() - 0.5 } else { 1.5 - (2.0 - 2.0 * u).sqrt() }
+    let root = (2.0 * if u < 0.5 { u } else { 1.0 - u }).sqrt();
+    if u < 0.5 { root - 0.5 } else { 1.5 - root }
 }
 
 /// 1/2 or just below it, by a bit of the seed that the scrambling does not depend on in the same way.
+#[inline(always)]
 fn centre_of(seed: u32) -> u32 {
     if lowbias32(!seed) >> 31 == 0 { 0x8000_0000 } else { 0x7fff_ffff }
 }
 
-/// First Sobol' dimension: the radical inverse in base 2.
+/// First Sobol' dimension, the lowest bit first: the radical inverse in base 2.
+#[inline(always)]
 fn sobol_0(index: u32) -> u32 {
-    index.reverse_bits()
+    index
 }
 
-/// Second Sobol' dimension (primitive polynomial x + 1): direction numbers are the rows of Pascal's triangle mod 2.
-fn sobol_1(mut index: u32) -> u32 {
-    let (mut result, mut direction) = (0, 1u32 << 31);
-    while index != 0 {
-        if index & 1 != 0 {
-            result ^= direction;
-        }
-        index >>= 1;
-        direction ^= direction >> 1;
-    }
-    result
+/// Second Sobol' dimension (primitive polynomial x + 1), the lowest bit first: the direction number of bit k is row k of
+/// Pascal's triangle mod 2, which is (1 + x)^k. So it is P(1 + x) where the index is P(x), and that is found by halves:
+/// with P = A + x^n B for a power of two n, (1 + x)^n is 1 + x^n.
+#[inline(always)]
+fn sobol_1(index: u32) -> u32 {
+    let mut p = index;
+    p ^= p >> 16;
+    p ^= (p >> 8) & 0x00ff_00ff;
+    p ^= (p >> 4) & 0x0f0f_0f0f;
+    p ^= (p >> 2) & 0x3333_3333;
+    p ^ ((p >> 1) & 0x5555_5555)
 }
 
-/// Nested uniform scrambling: bit k of the result depends on bits 0..=k of the input only, counted from the top.
-fn owen_scramble(v: u32, seed: u32) -> u32 {
-    let mut v = v.reverse_bits();
-    v = v.wrapping_add(seed);
+/// Nested uniform scrambling: bit k of the result depends on bits 0..=k of the input only, counted from the lowest.
+#[inline(always)]
+fn scramble(v: u32, seed: u32) -> u32 {
+    let mut v = v.wrapping_add(seed);
     v ^= v.wrapping_mul(0x6c50_b47c);
     v ^= v.wrapping_mul(0xb82f_1e52);
     v ^= v.wrapping_mul(0xc7af_e638);
-    v ^= v.wrapping_mul(0x8d22_f6e6);
-    v.reverse_bits()
+    v ^ v.wrapping_mul(0x8d22_f6e6)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::SplitMix64;
 
     #[test]
     fn sample_zero_is_the_pixel_centre() {
         for (x, y) in [(0, 0), (7, 3), (1919, 1079), (u32::MAX, 0)] {
             assert_eq!(sample_in_pixel(x, y, 0), (0.5, 0.5));
+        }
+    }
+
+    #[test]
+    fn the_second_dimension_has_the_rows_of_pascals_triangle() {
+        let mut random = SplitMix64(9);
+        for i in 0..100_000 {
+            let index = if i < 70_000 { i } else { random.next_u64() as u32 };
+            let (mut expected, mut row) = (0, 1u32);
+            for bit in 0..32 {
+                expected ^= if index >> bit & 1 == 1 { row } else { 0 };
+                row ^= row << 1;
+            }
+            assert_eq!(sobol_1(index), expected, "{index}");
+        }
+    }
+
+    #[test]
+    fn positions_are_what_they_always_were() {
+        // As the sequence was first written, with a loop over the bits: pictures do not hang on how it is computed.
+        let known = [
+            ((0, 0, 1), [2_887_891_501, 3_697_760_551]),
+            ((5, 3, 2), [223_462_758, 1_491_025_758]),
+            ((639, 479, 15), [724_660_810, 1_675_417_292]),
+            ((1919, 1079, 1000), [1_740_479_215, 1_505_877_543]),
+            ((7, 9, u32::MAX), [2_687_017_259, 2_147_483_649u32]),
+        ];
+        for ((x, y, index), place) in known {
+            let (u, v) = sample_in_pixel(x, y, index);
+            assert_eq!([u, v], place.map(|place| f64::from(place) * 2f64.powi(-32)));
         }
     }
 

@@ -8,8 +8,8 @@ use glam::DVec2;
 /// The coefficients of the lighting equation, ready for lookup.
 #[derive(Clone, Debug)]
 pub struct Material {
-    color: Rgb,
-    texture: Option<Texture>,
+    pub(super) color: Rgb,
+    pub(super) texture: Option<Texture>,
     /// k_a
     pub ambient: f64,
     /// k_d

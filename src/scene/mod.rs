@@ -4,6 +4,8 @@ mod body;
 mod bound;
 mod camera;
 mod clearance;
+#[allow(dead_code)] // Until shading takes rows.
+mod color;
 mod compile;
 mod crowd;
 mod front;

@@ -41,60 +41,97 @@ impl Texture {
         }
     }
 
-    /// The colour at `uv`.
+    /// The colour at `uv`: for one point here, for many at once in `color`.
     pub fn lookup(&self, uv: DVec2) -> Rgb {
         let uv = uv * self.scale + self.offset;
         match &self.source {
-            Source::Image(image, wrap) => bilinear(image, *wrap, uv),
-            Source::Checker { colors, size } => {
-                let cell = (uv / *size).map(floor);
-                colors[usize::from(modulo_2(cell.x + cell.y) == 1.0)]
-            }
+            Source::Image(image, wrap) => image.blend(srgb8_table(), &Texels::around(uv, image.size(), *wrap)),
+            Source::Checker { colors, size } => colors[usize::from(is_second(uv, *size))],
         }
     }
 }
 
+/// Whether a square of a checker is one of the second colour.
+#[inline(always)]
+pub(super) fn is_second(uv: DVec2, size: f64) -> bool {
+    modulo_2(floor(uv.x / size) + floor(uv.y / size)) == 1.0
+}
+
 /// The remainder in 0..2, exact. (`rem_euclid` calls the library's `fmod`.)
+#[inline(always)]
 fn modulo_2(t: f64) -> f64 {
     t - 2.0 * floor(t / 2.0)
 }
 
-/// The four nearest texels, weighted, in linear light. v = 0 is the lower edge of the lowest row.
-fn bilinear(image: &Image, wrap: Wrap, uv: DVec2) -> Rgb {
-    if !uv.is_finite() {
-        return Rgb::BLACK;
-    }
-    // Texel (i, j) has its centre at (i + 1/2) / width. Wrapping happens per texel, so that no seam is filtered
-    // wrongly.
-    let place = |t: f64, n: u32| {
-        // Whole periods carry no information; without them the arithmetic below is exact enough at any distance.
-        let x = if wrap == Wrap::Clamp { t.clamp(-1.0, 2.0) } else { modulo_2(t) } * f64::from(n) - 0.5;
-        let whole = floor(x);
-        (wrapped(whole as i64, n, wrap), wrapped(whole as i64 + 1, n, wrap), x - whole)
-    };
-    let (left, right, fx) = place(uv.x, image.width);
-    let (upper, lower, fy) = place(1.0 - uv.y, image.height);
-    let (width, linear) = (image.width as usize, srgb8_table());
-    let (above, below) = (&image.texels[upper * width..][..width], &image.texels[lower * width..][..width]);
-    let texel = |row: &[[u8; 3]], column: usize| {
-        let [r, g, b] = row[column];
-        Rgb::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)])
-    };
-    texel(above, left).lerp(texel(above, right), fx).lerp(texel(below, left).lerp(texel(below, right), fx), fy)
+/// The four texels around a point.
+pub(super) struct Texels {
+    /// Numbers of the upper left one, the upper right, the lower left and the lower right, row by row from the top.
+    pub at: [u32; 4],
+    /// Weights of the right ones and of the lower ones; NaN where there is no point.
+    pub part: [f64; 2],
 }
 
-/// Texel index `i` of the first two periods, or one beside them, brought into `0..n`.
-fn wrapped(i: i64, n: u32, wrap: Wrap) -> usize {
-    let n = i64::from(n);
-    debug_assert!(wrap == Wrap::Clamp || (-1..=2 * n).contains(&i));
-    // In 0..2n, without a division: four of them a lookup would cost more than the rest of it.
-    let m = if i < 0 { i + 2 * n } else { i - if i < 2 * n { 0 } else { 2 * n } };
-    let index = match wrap {
-        Wrap::Repeat => m - if m < n { 0 } else { n },
-        Wrap::Clamp => i.clamp(0, n - 1),
-        Wrap::Mirror => m.min(2 * n - 1 - m),
+impl Texels {
+    /// Those around `uv` in a picture of `size` texels. v = 0 is the lower edge of the lowest row. All in f64 and
+    /// without branches, so that loops over it become vector code.
+    #[inline(always)]
+    pub fn around(uv: DVec2, size: DVec2, wrap: Wrap) -> Self {
+        let ([left, right], of_right) = neighbours(uv.x, size.x, wrap);
+        let ([upper, lower], of_lower) = neighbours(1.0 - uv.y, size.y, wrap);
+        // Added to 2^52, a whole number stands in the lowest bits.
+        let number = |row: f64, column: f64| (row * size.x + column + (1u64 << 52) as f64).to_bits() as u32;
+        let at = [number(upper, left), number(upper, right), number(lower, left), number(lower, right)];
+        Self { at, part: [of_right, of_lower] }
+    }
+}
+
+/// The texels whose centres are beside place `t` in a row of `n` and the weight of the second, which is NaN where t is;
+/// texels are named even then. Texel i has its centre at (i + 1/2) / n. Wrapping happens per texel, so that no seam is
+/// filtered wrongly.
+#[inline(always)]
+fn neighbours(t: f64, n: f64, wrap: Wrap) -> ([f64; 2], f64) {
+    // Whole periods carry no information; without them the arithmetic below is exact enough at any distance.
+    let within = match wrap {
+        Wrap::Repeat => t - floor(t),
+        Wrap::Clamp => t.clamp(-1.0, 2.0),
+        Wrap::Mirror => modulo_2(t),
     };
-    index as usize
+    let x = within * n - 0.5;
+    let first = floor(x);
+    let second = first + 1.0;
+    // From -1 to n here and to 2n when mirrored. No comparison holds for NaN.
+    let (least, most) = (|a: f64, b: f64| if a < b { a } else { b }, |a: f64, b: f64| if a > b { a } else { b });
+    let clamped = |i: f64| least(most(i, 0.0), n - 1.0);
+    let mirrored = |i: f64| most(least(i, 2.0 * n - 1.0 - i), 0.0);
+    let texels = match wrap {
+        Wrap::Repeat => [if first >= 0.0 { first } else { n - 1.0 }, if second < n { second } else { 0.0 }],
+        Wrap::Clamp => [clamped(first), clamped(second)],
+        Wrap::Mirror => [mirrored(first), mirrored(second)],
+    };
+    (texels, x - first)
+}
+
+impl Image {
+    /// Width and height.
+    #[inline(always)]
+    pub(super) fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.width), f64::from(self.height))
+    }
+
+    /// Texels, weighted, in linear light; black where there is no point. `linear`: see [`srgb8_table`].
+    #[inline(always)]
+    pub(super) fn blend(&self, linear: &[f64; 256], texels: &Texels) -> Rgb {
+        let [of_right, of_lower] = texels.part;
+        if (of_right + of_lower).is_nan() {
+            return Rgb::BLACK;
+        }
+        // Not `map`, which was a call: half of the time.
+        let texel = |k: usize| {
+            let [r, g, b] = self.texels[texels.at[k] as usize];
+            Rgb::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)])
+        };
+        texel(0).lerp(texel(1), of_right).lerp(texel(2).lerp(texel(3), of_right), of_lower)
+    }
 }
 
 #[cfg(test)]
