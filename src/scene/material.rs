@@ -54,7 +54,7 @@ impl Material {
     }
 
     /// C where it is the same everywhere.
-    pub fn plain_color(&self) -> Option<Rgb> {
+    pub(super) fn plain_color(&self) -> Option<Rgb> {
         self.texture.is_none().then_some(self.color)
     }
 

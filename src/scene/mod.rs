@@ -4,7 +4,6 @@ mod body;
 mod bound;
 mod camera;
 mod clearance;
-#[allow(dead_code)] // Until shading takes rows.
 mod color;
 mod compile;
 mod crowd;

@@ -4,6 +4,7 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
+use super::color::{ColorRoom, Spots, colors};
 use super::surface::{Facet, Placement};
 use super::{Material, Object, Scene, Shape};
 use crate::bvh::{Bvh, PACKET, Rays, Task, TreeKernels};
@@ -42,6 +43,7 @@ struct Room {
     found: SurfaceRows,
     /// Of each ray.
     groups: GroupOfRays,
+    colors: ColorRoom<SLOTS>,
 }
 
 /// Which group each hit is in, by number of its ray.
@@ -61,8 +63,7 @@ struct Hits {
     origin: [[f64; SLOTS]; 3],
     direction: [[f64; SLOTS]; 3],
     t: [f64; SLOTS],
-    u: [f64; SLOTS],
-    v: [f64; SLOTS],
+    weights: [[f64; SLOTS]; 2],
     primitive: [u32; SLOTS],
     /// What differs from hit to hit of a group: centre, radius, scale of errors and reach of a ball; the point in
     /// object space and its distance from the axis of a cone; three corners and their normals of a triangle.
@@ -76,8 +77,7 @@ impl Default for Hits {
             origin: [zero; 3],
             direction: [zero; 3],
             t: zero,
-            u: zero,
-            v: zero,
+            weights: [zero; 2],
             primitive: [0; SLOTS],
             shape: [zero; 18],
         }
@@ -92,6 +92,8 @@ pub struct SurfaceRows {
     pub count: usize,
     /// The ray that ends there.
     pub ray: [u16; SLOTS],
+    /// Whose they are.
+    object: [u32; SLOTS],
     /// Of the material in the scene.
     material: [u32; SLOTS],
     /// See [`SurfaceInteraction`].
@@ -114,6 +116,7 @@ impl Default for SurfaceRows {
         Self {
             count: 0,
             ray: [0; SLOTS],
+            object: [0; SLOTS],
             material: [0; SLOTS],
             point: [zero; 3],
             point_error: zero,
@@ -167,10 +170,28 @@ impl Surfaces {
 
     /// Puts another surface in a slot; none if the ray goes on for good.
     pub fn set(&mut self, slot: usize, interaction: Option<&SurfaceInteraction>) {
-        let found = &mut self.room.found;
-        match interaction {
-            Some(interaction) => found.put(slot, interaction),
-            None => found.material[slot] = NOTHING,
+        let Room { hits, found, .. } = &mut *self.room;
+        let Some(interaction) = interaction else {
+            found.material[slot] = NOTHING;
+            return;
+        };
+        let Hit { primitive, u, v, .. } = interaction.hit;
+        (hits.primitive[slot], hits.weights[0][slot], hits.weights[1][slot]) = (primitive, u, v);
+        found.put(slot, interaction);
+    }
+
+    /// The colours of the surfaces in some slots, all of one material; they are asked for in the order of slots.
+    pub fn colors(&mut self, scene: &Scene, slots: Range<usize>, material: &Material, color: &mut [[f64; SLOTS]; 3]) {
+        let Room { hits, found, colors: room, .. } = &mut *self.room;
+        let mut start = slots.start;
+        while start < slots.end {
+            let object = found.object[start];
+            let same = found.object[start..slots.end].iter().take_while(|other| **other == object).count();
+            let end = if material.plain_color().is_some() { slots.end } else { start + same };
+            let spots = Spots { point: &found.point, primitive: &hits.primitive, weights: &hits.weights };
+            let object = &scene.objects()[object as usize];
+            colors(&scene.geometry.tree, object, material, start..end, &spots, room, color);
+            start = end;
         }
     }
 }
@@ -240,7 +261,7 @@ impl SurfaceRows {
         put(&mut self.shading_normal, i, from.shading_normal);
         put(&mut self.shadow_point, i, from.shadow_point);
         self.side[i] = from.side();
-        self.material[i] = from.material;
+        (self.object[i], self.material[i]) = (from.hit.object, from.material);
     }
 }
 
@@ -272,7 +293,7 @@ impl Hits {
                 self.shape[3][i] = p.x.hypot(p.z);
             }
             Shape::Mesh(mesh) => {
-                (self.u[i], self.v[i]) = (hit.u, hit.v);
+                (self.weights[0][i], self.weights[1][i]) = (hit.u, hit.v);
                 for (k, corner) in mesh.corners(hit.primitive).into_iter().enumerate() {
                     self.put(3 * k, i, corner);
                 }
@@ -341,13 +362,13 @@ impl<K: Kernels, const SHAPE: u8> Task for Facets<'_, K, SHAPE> {
                 PLANE => place.facet::<K>(&ray, t, plane_surface(place.local(&ray, t))),
                 _ => {
                     let corners = [hits.get(0, i), hits.get(3, i), hits.get(6, i)];
-                    place.facet::<K>(&ray, t, triangle_surface(corners, hits.u[i], hits.v[i]))
+                    place.facet::<K>(&ray, t, triangle_surface(corners, hits.weights[0][i], hits.weights[1][i]))
                 }
             };
             let (shading_normal, shadow_point) = if SHAPE == SMOOTH_MESH {
                 let corners = [hits.get(0, i), hits.get(3, i), hits.get(6, i)];
                 let normals = [hits.get(9, i), hits.get(12, i), hits.get(15, i)];
-                place.smooth(&facet, corners, normals, (hits.u[i], hits.v[i]))
+                place.smooth(&facet, corners, normals, (hits.weights[0][i], hits.weights[1][i]))
             } else {
                 (facet.normal, facet.point)
             };
@@ -385,7 +406,7 @@ impl Scene {
     /// Computes for each hit what [`Scene::interaction`] gives, to the last bit. Takes [`PACKET`] rays at most.
     pub fn surfaces<K: TreeKernels>(&self, rays: &(impl Rays + ?Sized), hits: &[Option<Hit>], surfaces: &mut Surfaces) {
         assert!(hits.len() <= PACKET && hits.len() <= rays.count(), "surfaces come in packets");
-        let Room { groups: GroupOfRays(group_of), hits: sorted, found } = &mut *surfaces.room;
+        let Room { groups: GroupOfRays(group_of), hits: sorted, found, .. } = &mut *surfaces.room;
         let objects = self.objects();
         let (mut groups, mut open) = (<[Group; GROUPS]>::default(), 0);
         let (mut last, mut of_last) = (u32::MAX, 0);
@@ -427,6 +448,7 @@ impl Scene {
             };
             sorted.take(slot, &rays.ray(number), hit, &objects[hit.object as usize]);
             found.ray[slot] = number as u16;
+            found.object[slot] = hit.object;
             found.material[slot] = self.material_of(hit.object, hit.primitive);
         }
         found.count = free;

@@ -19,7 +19,7 @@ use std::ops::Range;
 pub(super) struct Lit {
     pub count: usize,
     /// C
-    color: [[f64; SLOTS]; 3],
+    pub color: [[f64; SLOTS]; 3],
     /// k_a
     ambient: [f64; SLOTS],
     /// k_d
@@ -101,7 +101,7 @@ impl Default for Beams {
 /// A surface that light can fall on.
 #[derive(Clone, Copy)]
 pub(super) struct LitSurface {
-    color: Rgb,
+    pub color: Rgb,
     diffuse: f64,
     specular: f64,
     shininess: f64,
@@ -189,23 +189,6 @@ impl Lit {
         self.diffuse[slots.clone()].fill(of(|m| m.diffuse));
         self.specular[slots.clone()].fill(of(|m| m.specular));
         self.shininess[slots].fill(of(|m| m.shininess));
-    }
-
-    /// Gives some of them one colour.
-    pub fn fill_color(&mut self, slots: Range<usize>, color: Rgb) {
-        self.color[0][slots.clone()].fill(color.r);
-        self.color[1][slots.clone()].fill(color.g);
-        self.color[2][slots].fill(color.b);
-    }
-
-    /// Gives one of them a colour.
-    pub fn put_color(&mut self, slot: usize, color: Rgb) {
-        put_color(&mut self.color, slot, color);
-    }
-
-    /// C
-    pub fn color(&self, slot: usize) -> Rgb {
-        color(&self.color, slot)
     }
 
     /// What a surface sends out so far.

@@ -215,29 +215,21 @@ impl<R: Recorder> Tracer<'_, R> {
     /// light.
     #[inline(never)]
     fn meet<const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
-        let (scene, lit, rows) = (self.scene, &mut *self.lighting.lit, self.surfaces.rows());
+        let (scene, lit) = (self.scene, &mut *self.lighting.lit);
         self.onward.slots.clear();
         let mut start = 0;
-        while start < rows.count {
-            let slots = rows.alike(start);
-            let material = rows.material(scene, start);
+        while start < self.surfaces.rows().count {
+            let slots = self.surfaces.rows().alike(start);
+            let material = self.surfaces.rows().material(scene, start);
             start = slots.end;
             lit.made_of(slots.clone(), material);
             let Some(material) = material else { continue };
-            match material.plain_color() {
-                Some(color) => lit.fill_color(slots.clone(), color),
-                None => {
-                    for slot in slots.clone() {
-                        let hit = level.hits[usize::from(rows.ray[slot])].as_ref();
-                        let uv = || hit.map_or(DVec2::ZERO, |hit| scene.uv(hit, rows.point(slot)));
-                        lit.put_color(slot, material.color(uv));
-                    }
-                }
-            }
+            self.surfaces.colors(scene, slots.clone(), material, &mut lit.color);
             if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
                 self.onward.take(slots, material);
             }
         }
+        let rows = self.surfaces.rows();
         for slot in 0..rows.count {
             let index = usize::from(rows.ray[slot]);
             let path = &level.paths[index];
@@ -251,7 +243,7 @@ impl<R: Recorder> Tracer<'_, R> {
             let index = usize::from(rows.ray[slot]);
             let Some(hit) = &level.hits[index] else { continue };
             let beyond = level.beyond.get(index).and_then(Option::as_ref);
-            self.recorder.meet(scene, &self.surfaces.get(slot, hit), lit.color(slot), lit.sum(slot), beyond);
+            self.recorder.meet(scene, &self.surfaces.get(slot, hit), lit.get(slot).color, lit.sum(slot), beyond);
         }
     }
 
