@@ -3,7 +3,6 @@
 mod bound;
 mod camera;
 mod clearance;
-#[allow(dead_code)] // Until shading takes rows.
 mod color;
 mod compile;
 mod crowd;
@@ -26,6 +25,7 @@ mod traverse;
 mod visits;
 
 pub use camera::Camera;
+pub use color::ColorRoom;
 pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
