@@ -1,5 +1,7 @@
 //! Primary rays.
 
+use super::Scene;
+use crate::bvh::{ExactRays, PACKET, RayPacket, Task};
 use crate::description::{CameraDesc, Projection};
 use crate::geometry::Ray;
 use glam::{DVec2, DVec3};
@@ -38,6 +40,7 @@ impl Camera {
 
     /// The ray through the point (x, y) of the film, in pixels from its upper left corner: the centre of pixel (i, j)
     /// is (i + 1/2, j + 1/2).
+    #[inline(always)]
     pub fn ray(&self, x: f64, y: f64) -> Ray {
         let (width, height) = self.size;
         let across = self.right * ((2.0 * x - width) / width) + self.up * ((height - 2.0 * y) / height);
@@ -70,9 +73,39 @@ impl Camera {
     }
 }
 
+/// Makes the primary rays of points of the film, side by side.
+struct Primary {
+    camera: Camera,
+    t_min: f64,
+}
+
+impl Task for Primary {
+    type Input = [DVec2];
+    type Output = ExactRays;
+
+    #[inline(always)]
+    fn run(self, points: &[DVec2], rays: &mut ExactRays) {
+        for (i, point) in points.iter().take(PACKET).enumerate() {
+            rays.put(i, &Ray { t_min: self.t_min, ..self.camera.ray(point.x, point.y) });
+        }
+    }
+}
+
+impl Scene {
+    /// The rays of [`Camera::ray`] through points of the film, [`PACKET`] at most, which start at `t_min`.
+    pub fn primary_rays(&self, t_min: f64, points: &[DVec2], rays: &mut RayPacket) {
+        rays.set_len(points.len());
+        self.run(Primary { camera: self.camera, t_min }, points, &mut rays.rows);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::Isa;
+    use crate::description::SceneDesc;
+    use crate::math::SplitMix64;
+    use crate::scene::compile_for;
 
     #[test]
     fn the_middle_of_the_film_looks_at_the_target_and_right_is_right() {
@@ -96,6 +129,28 @@ mod tests {
                 let at = camera.project(ray.origin + ray.direction * 7.0).unwrap();
                 assert!(at.distance(DVec2::new(x, y)) < 1e-9, "{at}");
                 assert_eq!(camera.project(ray.origin - ray.direction * 7.0), None);
+            }
+        }
+    }
+
+    #[test]
+    fn rays_side_by_side_have_the_bits_of_single_ones() {
+        let mut random = SplitMix64(17);
+        for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+            for projection in [Projection::Perspective { fov: 70.0 }, Projection::Orthographic { view_height: 0.3 }] {
+                let camera = CameraDesc { position: DVec3::new(3.0, 2.0, 5.0), projection, ..CameraDesc::default() };
+                let scene = compile_for(&SceneDesc { camera, ..SceneDesc::default() }, None, isa).unwrap();
+                for count in [0, 1, 7, 8, 100, PACKET] {
+                    let mut place = || random.range(-1.0, 2000.0);
+                    let points: Vec<_> = (0..count).map(|_| DVec2::new(place(), place())).collect();
+                    let mut rays = RayPacket::default();
+                    scene.primary_rays(1e-4, &points, &mut rays);
+                    assert_eq!(rays.len(), count);
+                    for (i, point) in points.iter().enumerate() {
+                        let single = Ray { t_min: 1e-4, ..scene.camera.ray(point.x, point.y) };
+                        assert_eq!(rays.ray(i), single);
+                    }
+                }
             }
         }
     }

@@ -1,14 +1,13 @@
 //! The colours of many hits, side by side in arrays: in loops that the compiler makes vector code of, with the functions
-//! that single hits take ([`Scene::uv`](super::Scene::uv), [`Material::color`]), so that every hit gets the bits that it
-//! gets alone.
+//! that single hits take ([`Scene::uv`], [`Material::color`]), so that every hit gets the bits that it gets alone.
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots run over several arrays at once.
 
 use super::texture::{Source, Texels, Texture, is_second};
-use super::{Material, Object, Shape};
-use crate::bvh::{Bvh, Task};
+use super::{Material, Scene, Shape};
+use crate::bvh::Task;
 use crate::description::Wrap;
-use crate::geometry::{cap_uv, cone_uv, cuboid_uv, cylinder_uv, plane_uv, quad_uv, sphere_uv};
+use crate::geometry::{Hit, cap_uv, cone_uv, cuboid_uv, cylinder_uv, plane_uv, quad_uv, sphere_uv, triangle_surface};
 use crate::math::{Rgb, srgb8_table};
 use glam::{DAffine3, DVec2, DVec3};
 use std::ops::Range;
@@ -16,25 +15,26 @@ use std::ops::Range;
 /// Slots are computed so many at a time.
 const WIDTH: usize = 8;
 
-/// Hits, number by number.
-pub(super) struct Spots<'a, const N: usize> {
-    /// On the surface, in world space.
-    pub point: &'a [[f64; N]; 3],
-    /// What was met of the object.
-    pub primitive: &'a [u32; N],
-    /// Of the second and third corner of a triangle.
-    pub weights: &'a [[f64; N]; 2],
-}
+/// Fewer hits with an object are computed one by one.
+const FEWEST: usize = 3;
 
-/// Room for what is computed on the way.
+/// Room for what is computed on the way to colours, slot by slot.
 #[derive(Debug)]
 #[repr(align(64))]
-pub(super) struct ColorRoom<const N: usize> {
+pub struct ColorRoom<const N: usize> {
+    local: Local<N>,
     uv: [[f64; N]; 2],
     texels: TexelRows<N>,
 }
 
-/// [`Texels`], number by number.
+/// Hits in object space.
+#[derive(Debug)]
+struct Local<const N: usize> {
+    point: [[f64; N]; 3],
+    face: [u32; N],
+}
+
+/// [`Texels`], slot by slot.
 #[derive(Debug)]
 struct TexelRows<const N: usize> {
     at: [[u32; N]; 4],
@@ -43,84 +43,190 @@ struct TexelRows<const N: usize> {
 
 impl<const N: usize> Default for ColorRoom<N> {
     fn default() -> Self {
-        Self { uv: [[0.0; N]; 2], texels: TexelRows { at: [[0; N]; 4], part: [[0.0; N]; 2] } }
+        Self {
+            local: Local { point: [[0.0; N]; 3], face: [0; N] },
+            uv: [[0.0; N]; 2],
+            texels: TexelRows { at: [[0; N]; 4], part: [[0.0; N]; 2] },
+        }
     }
 }
 
-/// The colours of the hits of a range, all with one object and one of its materials: what [`Material::color`] gives at
-/// the coordinates that [`Scene::uv`](super::Scene::uv) gives. Colours behind the range are overwritten, too, until a
-/// multiple of [`WIDTH`] is done.
-pub(super) fn colors<const N: usize>(
-    tree: &Bvh,
-    object: &Object,
-    material: &Material,
-    range: Range<usize>,
-    spots: &Spots<N>,
-    room: &mut ColorRoom<N>,
-    color: &mut [[f64; N]; 3],
-) {
-    let Some(Texture { source, scale, offset }) = &material.texture else {
-        let Rgb { r, g, b } = material.color;
-        for (row, value) in color.iter_mut().zip([r, g, b]) {
-            row[range.clone()].fill(value);
-        }
-        return;
-    };
-    find_uv(tree, object, range.clone(), spots, &mut room.uv);
-    let place = Placed { range: whole::<N>(&range), scale: *scale, offset: *offset };
-    match source {
-        &Source::Checker { colors, size } => tree.run(Squares { place, colors, size }, &room.uv, color),
-        Source::Image(image, wrap) => {
-            let task = Surroundings { place, size: image.size(), wrap: *wrap };
-            tree.run(task, &room.uv, &mut room.texels);
-            // Not a task: most of it are loads from places that depend on the hit. Texels of four linear f32 would be
-            // less work but more memory: 1.25 times the time with 256² texels, twice with 1024².
-            let (TexelRows { at, part }, linear) = (&room.texels, srgb8_table());
-            for i in range {
-                let texels = Texels { at: [at[0][i], at[1][i], at[2][i], at[3][i]], part: [part[0][i], part[1][i]] };
-                let Rgb { r, g, b } = image.blend(linear, &texels);
-                (color[0][i], color[1][i], color[2][i]) = (r, g, b);
+impl Scene {
+    /// The colours of surfaces of one material: what [`Material::color`] gives at the coordinates that [`Scene::uv`]
+    /// gives for the hit and the point in each slot; any colour where there is no hit. It goes the faster the more hits
+    /// with one object stand side by side, or with balls. Up to 7 colours behind the slots are overwritten, too.
+    pub fn colors<'a, const N: usize>(
+        &self,
+        material: &Material,
+        slots: Range<usize>,
+        hit: impl Fn(usize) -> Option<&'a Hit>,
+        point: &[[f64; N]; 3],
+        room: &mut ColorRoom<N>,
+        color: &mut [[f64; N]; 3],
+    ) {
+        let Some(Texture { source, scale, offset }) = &material.texture else {
+            let Rgb { r, g, b } = material.color;
+            for (row, value) in color.iter_mut().zip([r, g, b]) {
+                row[slots.clone()].fill(value);
             }
-        }
-    }
-}
-
-/// The range, to the end of its last vector.
-fn whole<const N: usize>(range: &Range<usize>) -> Range<usize> {
-    range.start..(range.start + range.len().next_multiple_of(WIDTH)).min(N)
-}
-
-/// The texture coordinates of hits with an object.
-fn find_uv<const N: usize>(tree: &Bvh, object: &Object, range: Range<usize>, spots: &Spots<N>, uv: &mut [[f64; N]; 2]) {
-    macro_rules! run {
-        ($shape:ident) => {
-            tree.run(Coordinates::<$shape, N> { range: whole::<N>(&range), inverse: &object.map.inverse }, spots, uv)
+            return;
         };
-    }
-    // Flat faces have no angles to find, and often nothing else of a body is seen.
-    let flat = || spots.primitive[range.clone()].iter().all(|face| *face != 0);
-    match &object.shape {
-        Shape::Ball { .. } | Shape::Ellipsoid => run!(SPHERE),
-        Shape::Cuboid => run!(CUBOID),
-        Shape::Cylinder | Shape::Cone if flat() => run!(CAPS),
-        Shape::Cylinder => run!(CYLINDER),
-        Shape::Cone => run!(CONE),
-        Shape::Plane => run!(PLANE),
-        Shape::Quad => run!(QUAD),
-        Shape::Mesh(mesh) => {
-            for i in range {
-                let found = mesh.uv(spots.primitive[i], spots.weights[0][i], spots.weights[1][i]);
-                (uv[0][i], uv[1][i]) = (found.x, found.y);
+        self.find_uv(slots.clone(), hit, point, room);
+        let place = Placed { range: whole::<N>(&slots), scale: *scale, offset: *offset };
+        match source {
+            &Source::Checker { colors, size } => self.run(Squares { place, colors, size }, &room.uv, color),
+            Source::Image(image, wrap) => {
+                let task = Surroundings { place, size: image.size(), wrap: *wrap };
+                self.run(task, &room.uv, &mut room.texels);
+                // Not a task: most of it are loads from places that depend on the hit. Texels of four linear f32 would
+                // be less work but more memory: 1.25 times the time with 256² texels, twice with 1024².
+                let (TexelRows { at, part }, linear) = (&room.texels, srgb8_table());
+                for i in slots {
+                    let texels =
+                        Texels { at: [at[0][i], at[1][i], at[2][i], at[3][i]], part: [part[0][i], part[1][i]] };
+                    let Rgb { r, g, b } = image.blend(linear, &texels);
+                    (color[0][i], color[1][i], color[2][i]) = (r, g, b);
+                }
             }
+        }
+    }
+
+    /// Texture coordinates, object by object.
+    fn find_uv<'a, const N: usize>(
+        &self,
+        slots: Range<usize>,
+        hit: impl Fn(usize) -> Option<&'a Hit>,
+        point: &[[f64; N]; 3],
+        room: &mut ColorRoom<N>,
+    ) {
+        let is_ball = |object: u32| matches!(self.objects()[object as usize].shape, Shape::Ball { .. });
+        let mut start = slots.start;
+        while start < slots.end {
+            let Some(first) = hit(start) else {
+                (room.uv[0][start], room.uv[1][start]) = (0.0, 0.0);
+                start += 1;
+                continue;
+            };
+            let balls = is_ball(first.object);
+            let alike = |hit: &Hit| hit.object == first.object || (balls && is_ball(hit.object));
+            let end = (start + 1..slots.end).find(|&slot| !hit(slot).is_some_and(alike)).unwrap_or(slots.end);
+            let hits = (start..end).filter_map(|slot| Some((slot, hit(slot)?)));
+            if end - start < FEWEST {
+                for (slot, hit) in hits {
+                    room.put_uv(slot, self.uv(hit, vector(point, slot)));
+                }
+            } else {
+                self.find_uv_alike(start..end, first.object, hits, point, room);
+            }
+            start = end;
+        }
+    }
+
+    /// The same for hits with this object or with balls.
+    fn find_uv_alike<'a, const N: usize>(
+        &self,
+        slots: Range<usize>,
+        object: u32,
+        hits: impl Iterator<Item = (usize, &'a Hit)>,
+        point: &[[f64; N]; 3],
+        room: &mut ColorRoom<N>,
+    ) {
+        let object = &self.objects()[object as usize];
+        let range = whole::<N>(&slots);
+        match &object.shape {
+            Shape::Mesh(mesh) if mesh.has_uv() => {
+                hits.for_each(|(slot, hit)| room.put_uv(slot, mesh.uv(hit.primitive, hit.u, hit.v)));
+                return;
+            }
+            Shape::Mesh(mesh) => {
+                for (slot, hit) in hits {
+                    let surface = triangle_surface(mesh.corners(hit.primitive), hit.u, hit.v);
+                    room.local.put(slot, surface.point);
+                }
+            }
+            Shape::Ball { .. } => {
+                for (slot, hit) in hits {
+                    let inverse = &self.objects()[hit.object as usize].map.inverse;
+                    room.local.put(slot, inverse.transform_point3(vector(point, slot)));
+                }
+            }
+            _ => {
+                hits.for_each(|(slot, hit)| room.local.face[slot] = hit.primitive);
+                self.run(
+                    IntoObject { range: range.clone(), inverse: object.map.inverse },
+                    point,
+                    &mut room.local.point,
+                );
+            }
+        }
+        let ColorRoom { local, uv, .. } = room;
+        macro_rules! run {
+            ($shape:ident) => {
+                self.run(Coordinates::<$shape, N> { range }, local, uv)
+            };
+        }
+        // Flat faces have no angles to find, and often nothing else of a body is seen.
+        let flat = || local.face[slots.clone()].iter().all(|face| *face != 0);
+        match &object.shape {
+            Shape::Ball { .. } | Shape::Ellipsoid | Shape::Mesh(_) => run!(SPHERE),
+            Shape::Cuboid => run!(CUBOID),
+            Shape::Cylinder | Shape::Cone if flat() => run!(CAPS),
+            Shape::Cylinder => run!(CYLINDER),
+            Shape::Cone => run!(CONE),
+            Shape::Plane => run!(PLANE),
+            Shape::Quad => run!(QUAD),
+        }
+    }
+}
+
+/// The slots, to the end of the last vector.
+fn whole<const N: usize>(slots: &Range<usize>) -> Range<usize> {
+    slots.start..(slots.start + slots.len().next_multiple_of(WIDTH)).min(N)
+}
+
+#[inline(always)]
+fn vector<const N: usize>(from: &[[f64; N]; 3], i: usize) -> DVec3 {
+    DVec3::new(from[0][i], from[1][i], from[2][i])
+}
+
+impl<const N: usize> ColorRoom<N> {
+    #[inline(always)]
+    fn put_uv(&mut self, i: usize, uv: DVec2) {
+        (self.uv[0][i], self.uv[1][i]) = (uv.x, uv.y);
+    }
+}
+
+impl<const N: usize> Local<N> {
+    #[inline(always)]
+    fn put(&mut self, i: usize, p: DVec3) {
+        (self.point[0][i], self.point[1][i], self.point[2][i]) = (p.x, p.y, p.z);
+    }
+}
+
+/// Takes points into the space of an object.
+struct IntoObject<const N: usize> {
+    range: Range<usize>,
+    /// Object from world.
+    inverse: DAffine3,
+}
+
+impl<const N: usize> Task for IntoObject<N> {
+    type Input = [[f64; N]; 3];
+    type Output = [[f64; N]; 3];
+
+    #[inline(always)]
+    fn run(self, point: &[[f64; N]; 3], local: &mut [[f64; N]; 3]) {
+        let Self { range, inverse } = self;
+        for i in range.start..range.end.min(N) {
+            let p = inverse.transform_point3(vector(point, i));
+            (local[0][i], local[1][i], local[2][i]) = (p.x, p.y, p.z);
         }
     }
 }
 
 /// Finds the texture coordinates of hits with one kind of shape.
-struct Coordinates<'a, const SHAPE: u8, const N: usize> {
+struct Coordinates<const SHAPE: u8, const N: usize> {
     range: Range<usize>,
-    /// Object from world.
-    inverse: &'a DAffine3,
 }
 
 const SPHERE: u8 = 0;
@@ -131,16 +237,14 @@ const CAPS: u8 = 4;
 const PLANE: u8 = 5;
 const QUAD: u8 = 6;
 
-impl<'a, const SHAPE: u8, const N: usize> Task for Coordinates<'a, SHAPE, N> {
-    type Input = Spots<'a, N>;
+impl<const SHAPE: u8, const N: usize> Task for Coordinates<SHAPE, N> {
+    type Input = Local<N>;
     type Output = [[f64; N]; 2];
 
     #[inline(always)]
-    fn run(self, spots: &Spots<'a, N>, uv: &mut [[f64; N]; 2]) {
-        let (point, inverse) = (spots.point, *self.inverse);
+    fn run(self, local: &Local<N>, uv: &mut [[f64; N]; 2]) {
         for i in self.range.start..self.range.end.min(N) {
-            let p = inverse.transform_point3(DVec3::new(point[0][i], point[1][i], point[2][i]));
-            let face = spots.primitive[i];
+            let (p, face) = (vector(&local.point, i), local.face[i]);
             let found = match SHAPE {
                 SPHERE => sphere_uv(p),
                 CUBOID => cuboid_uv(p, face),
@@ -242,13 +346,12 @@ mod tests {
     use crate::assets::Image;
     use crate::bvh::Isa;
     use crate::description::{MaterialDesc, ObjectDesc, SceneDesc, ShapeDesc};
-    use crate::geometry::Hit;
     use crate::math::SplitMix64;
-    use crate::scene::{Scene, compile_for};
+    use crate::scene::{Object, compile_for};
     use std::path::Path;
     use std::sync::Arc;
 
-    const N: usize = 48;
+    const N: usize = 96;
 
     /// Two objects of each shape: as it is, and turned and stretched.
     fn objects(random: &mut SplitMix64) -> Vec<ObjectDesc> {
@@ -258,6 +361,7 @@ mod tests {
         };
         let shapes = [
             ShapeDesc::Sphere { radius: 1.3 },
+            ShapeDesc::Sphere { radius: 0.2 },
             ShapeDesc::Cuboid { size: DVec3::new(1.0, 2.0, 0.3) },
             ShapeDesc::Cylinder { radius: 0.8, height: 0.2 },
             ShapeDesc::Cone { radius: 1.5, height: 0.7 },
@@ -315,31 +419,37 @@ mod tests {
         }
     }
 
-    fn compare(random: &mut SplitMix64, scene: &Scene, number: usize, material: &Material) {
-        let object = &scene.objects()[number];
-        let mut primitive = [0; N];
-        let least = u32::from(matches!(object.shape, Shape::Cylinder | Shape::Cone) && random.unit() < 0.5);
-        primitive.fill_with(|| least + random.next_u64() as u32 % (faces(&object.shape) - least));
-        let weights = [(); 2].map(|()| [(); N].map(|()| random.range(0.0, 0.5)));
+    fn compare(random: &mut SplitMix64, scene: &Scene, material: &Material) {
+        let objects = scene.objects();
+        let mut number = 0;
+        let hits: Vec<Option<Hit>> = (0..N)
+            .map(|_| {
+                // Now and then another one.
+                if random.next_u64() % 9 == 0 {
+                    number = random.next_u64() as usize % objects.len();
+                }
+                let shape = &objects[number].shape;
+                let least = u32::from(matches!(shape, Shape::Cylinder | Shape::Cone) && random.unit() < 0.9);
+                let primitive = least + random.next_u64() as u32 % (faces(shape) - least);
+                let (u, v) = (random.range(0.0, 0.5), random.range(0.0, 0.5));
+                (random.unit() < 0.98).then_some(Hit { t: 1.0, object: number as u32, primitive, u, v })
+            })
+            .collect();
         let mut points = [[0.0; N]; 3];
         for i in 0..N {
-            let p = point(random, object);
+            let p = point(random, &objects[hits[i].map_or(0, |hit| hit.object as usize)]);
             (points[0][i], points[1][i], points[2][i]) = (p.x, p.y, p.z);
         }
         let start = [0, 8, 40, 5][random.next_u64() as usize % 4];
-        let range = start..start + random.next_u64() as usize % (N - start + 1);
+        let slots = start..start + random.next_u64() as usize % (N - start + 1);
         let (mut room, mut found) = (Box::<ColorRoom<N>>::default(), [[7.0; N]; 3]);
-        let spots = Spots { point: &points, primitive: &primitive, weights: &weights };
-        colors(&scene.geometry.tree, object, material, range.clone(), &spots, &mut room, &mut found);
+        scene.colors(material, slots.clone(), |slot| hits[slot].as_ref(), &points, &mut room, &mut found);
         for i in 0..N {
-            let found = [found[0][i], found[1][i], found[2][i]];
-            let place = DVec3::new(points[0][i], points[1][i], points[2][i]);
-            let (u, v) = (weights[0][i], weights[1][i]);
-            let hit = Hit { t: 1.0, object: number as u32, primitive: primitive[i], u, v };
-            let Rgb { r, g, b } = material.color(|| scene.uv(&hit, place));
-            if range.contains(&i) {
+            let (found, place) = ([found[0][i], found[1][i], found[2][i]], vector(&points, i));
+            if let (true, Some(hit)) = (slots.contains(&i), &hits[i]) {
+                let Rgb { r, g, b } = material.color(|| scene.uv(hit, place));
                 assert_eq!(found.map(f64::to_bits), [r, g, b].map(f64::to_bits), "{place}: {found:?}, {material:?}");
-            } else if !whole::<N>(&range).contains(&i) {
+            } else if !whole::<N>(&slots).contains(&i) {
                 assert_eq!(found, [7.0; 3]);
             }
         }
@@ -353,8 +463,8 @@ mod tests {
             let scene = compile_for(&desc, None, isa).expect("the scene is right");
             for texture in textures(&mut random) {
                 let material = Material::new(&MaterialDesc::default(), texture);
-                for number in (0..scene.objects().len()).cycle().take(48) {
-                    compare(&mut random, &scene, number, &material);
+                for _ in 0..40 {
+                    compare(&mut random, &scene, &material);
                 }
             }
         }

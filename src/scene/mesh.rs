@@ -161,9 +161,14 @@ impl Mesh {
         triangle_surface(self.corners(triangle), u, v)
     }
 
+    /// Whether the file has texture coordinates.
+    pub fn has_uv(&self) -> bool {
+        !self.uvs.is_empty()
+    }
+
     /// Texture coordinates at these weights: the file's, or longitude and latitude about the centre.
     pub fn uv(&self, triangle: u32, u: f64, v: f64) -> DVec2 {
-        if self.uvs.is_empty() {
+        if !self.has_uv() {
             return sphere_uv(self.surface(triangle, u, v).point);
         }
         let [a, b, c] = self.triangles[triangle as usize].map(|i| self.uvs[i as usize].as_dvec2());

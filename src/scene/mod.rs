@@ -26,6 +26,7 @@ mod traverse;
 mod visits;
 
 pub use camera::Camera;
+pub use color::ColorRoom;
 pub use compile::{CompileError, Part, compile, compile_for, lender, recompile};
 pub use light::{Illumination, Light};
 pub use material::Material;
