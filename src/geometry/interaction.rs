@@ -128,6 +128,12 @@ impl ShadowStart {
 /// A reflected ray that would enter a smooth surface is turned to this sine above the facet.
 const GRAZING: f64 = 1.0 / 1024.0;
 
+/// `direction` mirrored at a unit normal.
+#[inline(always)]
+pub fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
+    (direction - normal * (2.0 * direction.dot(normal))).normalize_or(normal)
+}
+
 /// `direction` mirrored at the shading normal, kept above the facet: smooth normals can point it below (Keller et al.,
 /// "The Iray Light Transport Simulation", 2017, appendix A.3 states the problem). Both normals unit, on the side that
 /// `direction` comes from.

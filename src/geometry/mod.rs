@@ -38,7 +38,9 @@ pub use aabb::Aabb;
 pub use cone::{cone_intersect, cone_surface, cone_surface_at, cone_uv};
 pub use cuboid::{cuboid_intersect, cuboid_surface, cuboid_uv};
 pub use cylinder::{cap_uv, cylinder_intersect, cylinder_surface, cylinder_uv};
-pub use interaction::{ShadowStart, SurfaceInteraction, SurfacePoint, fresnel, reflect, refract, smooth, spawn_ray};
+pub use interaction::{
+    ShadowStart, SurfaceInteraction, SurfacePoint, fresnel, mirror, reflect, refract, smooth, spawn_ray,
+};
 pub use kernels::{Classic, Fast, Kernels, Reference, Robust};
 pub use plane::{plane_intersect, plane_surface, plane_uv, quad_intersect, quad_uv};
 pub use ray::{Hit, Ray};

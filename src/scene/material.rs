@@ -53,11 +53,6 @@ impl Material {
         self.texture.as_ref().map_or(self.color, Texture::brightest)
     }
 
-    /// C where it is the same everywhere.
-    pub(super) fn plain_color(&self) -> Option<Rgb> {
-        self.texture.is_none().then_some(self.color)
-    }
-
     /// C at the texture coordinates `uv`, which are asked for only if there is a texture.
     pub fn color(&self, uv: impl FnOnce() -> DVec2) -> Rgb {
         self.texture.as_ref().map_or(self.color, |t| t.lookup(uv()))

@@ -4,7 +4,7 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
-use super::color::{ColorRoom, Spots, colors};
+use super::color::ColorRoom;
 use super::surface::{Facet, Placement};
 use super::{Material, Object, Scene, Shape};
 use crate::bvh::{Bvh, PACKET, Rays, Task, TreeKernels};
@@ -93,12 +93,12 @@ impl Default for Hits {
 pub struct SurfaceRows {
     /// How many there are.
     pub count: usize,
+    /// Whether shading normals may differ from those of facets.
+    pub is_smooth: bool,
     /// The ray that ends there.
     pub ray: [u16; SLOTS],
     /// The slot of each ray; [`NOWHERE`] for those that meet nothing.
     slot: [u16; PACKET],
-    /// Whose they are.
-    object: [u32; SLOTS],
     /// Of the material in the scene.
     material: [u32; SLOTS],
     /// See [`SurfaceInteraction`].
@@ -120,9 +120,9 @@ impl Default for SurfaceRows {
         let zero = [0.0; SLOTS];
         Self {
             count: 0,
+            is_smooth: false,
             ray: [0; SLOTS],
             slot: [NOWHERE; PACKET],
-            object: [0; SLOTS],
             material: [0; SLOTS],
             point: [zero; 3],
             point_error: zero,
@@ -176,29 +176,26 @@ impl Surfaces {
 
     /// Puts another surface in a slot; none if the ray goes on for good.
     pub fn set(&mut self, slot: usize, interaction: Option<&SurfaceInteraction>) {
-        let Room { hits, found, .. } = &mut *self.room;
-        let Some(interaction) = interaction else {
-            found.material[slot] = NOTHING;
-            return;
-        };
-        let Hit { primitive, u, v, .. } = interaction.hit;
-        (hits.primitive[slot], hits.weights[0][slot], hits.weights[1][slot]) = (primitive, u, v);
-        found.put(slot, interaction);
+        let found = &mut self.room.found;
+        match interaction {
+            Some(interaction) => found.put(slot, interaction),
+            None => found.material[slot] = NOTHING,
+        }
     }
 
     /// The colours of the surfaces in some slots, all of one material; they are asked for in the order of slots.
-    pub fn colors(&mut self, scene: &Scene, slots: Range<usize>, material: &Material, color: &mut [[f64; SLOTS]; 3]) {
-        let Room { hits, found, colors: room, .. } = &mut *self.room;
-        let mut start = slots.start;
-        while start < slots.end {
-            let object = found.object[start];
-            let same = found.object[start..slots.end].iter().take_while(|other| **other == object).count();
-            let end = if material.plain_color().is_some() { slots.end } else { start + same };
-            let spots = Spots { point: &found.point, primitive: &hits.primitive, weights: &hits.weights };
-            let object = &scene.objects()[object as usize];
-            colors(&scene.geometry.tree, object, material, start..end, &spots, room, color);
-            start = end;
-        }
+    /// `hits`: of all rays.
+    pub fn colors(
+        &mut self,
+        scene: &Scene,
+        slots: Range<usize>,
+        material: &Material,
+        hits: &[Option<Hit>],
+        color: &mut [[f64; SLOTS]; 3],
+    ) {
+        let Room { found, colors, .. } = &mut *self.room;
+        let hit = |slot: usize| hits[usize::from(found.ray[slot])].as_ref();
+        scene.colors(material, slots, hit, &found.point, colors, color);
     }
 }
 
@@ -274,7 +271,8 @@ impl SurfaceRows {
         put(&mut self.shading_normal, i, from.shading_normal);
         put(&mut self.shadow_point, i, from.shadow_point);
         self.side[i] = from.side();
-        (self.object[i], self.material[i]) = (from.hit.object, from.material);
+        self.material[i] = from.material;
+        self.is_smooth |= from.shading_normal != from.geometric_normal;
     }
 }
 
@@ -421,12 +419,15 @@ impl Scene {
         assert!(hits.len() <= PACKET && hits.len() <= rays.count(), "surfaces come in packets");
         let Room { groups: GroupOfRays(group_of), hits: sorted, found, .. } = &mut *surfaces.room;
         let objects = self.objects();
+        found.is_smooth = false;
         let (mut groups, mut open) = (<[Group; GROUPS]>::default(), 0);
         let (mut last, mut of_last) = (u32::MAX, 0);
         for (group_of, hit) in group_of.iter_mut().zip(hits) {
             let Some(hit) = hit else { continue };
             if hit.object != last {
-                let balls = matches!(objects[hit.object as usize].shape, Shape::Ball { .. });
+                let shape = &objects[hit.object as usize].shape;
+                found.is_smooth |= matches!(shape, Shape::Mesh(mesh) if mesh.is_smooth());
+                let balls = matches!(shape, Shape::Ball { .. });
                 let same = |group: &Group| group.object == hit.object || (balls && group.balls);
                 let group = groups[..open].iter().position(same).unwrap_or(open);
                 if group == open && open < GROUPS {
@@ -462,7 +463,6 @@ impl Scene {
             };
             sorted.take(slot, &rays.ray(number), hit, &objects[hit.object as usize]);
             (found.ray[slot], found.slot[number]) = (number as u16, slot as u16);
-            found.object[slot] = hit.object;
             found.material[slot] = self.material_of(hit.object, hit.primitive);
         }
         found.count = free;

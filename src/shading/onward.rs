@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop)] // Numbers of slots and axes run over several arrays at once.
 
 use crate::bvh::{PACKET, RayPacket, Task, TreeKernels};
-use crate::geometry::{fresnel, reflect, spawn_ray};
+use crate::geometry::{fresnel, mirror, reflect, spawn_ray};
 use crate::scene::{Material, SLOTS, Scene, Surfaces};
 use glam::DVec3;
 use std::marker::PhantomData;
@@ -91,13 +91,22 @@ impl Onward {
         self.optics.eta[slot] = eta;
     }
 
-    /// Divides the light. `GLASS`: whether it may get behind any surface.
-    pub fn divide<K: TreeKernels, const GLASS: bool>(&mut self, scene: &Scene, surfaces: &Surfaces) {
+    /// Divides the light. `is_glass`: whether it may get behind any surface.
+    pub fn divide<K: TreeKernels>(&mut self, scene: &Scene, surfaces: &Surfaces, is_glass: bool) {
+        match (is_glass, surfaces.rows().is_smooth) {
+            (false, false) => self.divide_as::<K, false, false>(scene, surfaces),
+            (false, true) => self.divide_as::<K, false, true>(scene, surfaces),
+            (true, false) => self.divide_as::<K, true, false>(scene, surfaces),
+            (true, true) => self.divide_as::<K, true, true>(scene, surfaces),
+        }
+    }
+
+    fn divide_as<K: TreeKernels, const GLASS: bool, const SMOOTH: bool>(&mut self, scene: &Scene, surfaces: &Surfaces) {
         let (Some(&first), Some(&last)) = (self.slots.first(), self.slots.last()) else { return };
         // Those between that light ends on are computed for nothing.
         let slots = usize::from(first)..usize::from(last) + 1;
         let optics = &self.optics;
-        scene.run(Divide::<K, GLASS> { slots, optics, kernels: PhantomData }, surfaces, &mut self.ways);
+        scene.run(Divide::<K, GLASS, SMOOTH> { slots, optics, kernels: PhantomData }, surfaces, &mut self.ways);
     }
 
     /// k_r + k_t
@@ -137,14 +146,15 @@ impl Onward {
     }
 }
 
-/// Divides k_r and k_t of surfaces between the mirrored and the refracted ray.
-struct Divide<'a, K, const GLASS: bool> {
+/// Divides k_r and k_t of surfaces between the mirrored and the refracted ray. `GLASS`: whether light may get behind
+/// them; `SMOOTH`: whether shading normals may differ from those of facets.
+struct Divide<'a, K, const GLASS: bool, const SMOOTH: bool> {
     slots: Range<usize>,
     optics: &'a Optics,
     kernels: PhantomData<K>,
 }
 
-impl<K: TreeKernels, const GLASS: bool> Task for Divide<'_, K, GLASS> {
+impl<K: TreeKernels, const GLASS: bool, const SMOOTH: bool> Task for Divide<'_, K, GLASS, SMOOTH> {
     type Input = Surfaces;
     type Output = Ways;
 
@@ -154,15 +164,18 @@ impl<K: TreeKernels, const GLASS: bool> Task for Divide<'_, K, GLASS> {
         let (rows, [dx, dy, dz]) = (surfaces.rows(), surfaces.directions());
         for i in slots.start..slots.end.min(PACKET) {
             let direction = DVec3::new(dx[i], dy[i], dz[i]);
-            let place = Place { direction, normal: rows.normal(i), facet: rows.facet(i), entering: rows.side(i) > 0.0 };
+            let facet = rows.facet(i);
+            let normal = if SMOOTH { rows.normal(i) } else { facet };
+            let place = Place { direction, normal, facet, entering: rows.side(i) > 0.0 };
             let (k, fresnel) = ([optics.reflect[i], optics.transmit[i]], optics.fresnel[i] != 0);
             let mut split = place.split_opaque(k, fresnel, optics.eta[i]);
             if GLASS {
-                let glass = place.split_glass::<K>(k, fresnel, optics.eta[i], split.normal);
+                let glass = place.split_glass::<K, SMOOTH>(k, fresnel, optics.eta[i], split.normal);
                 split = if optics.is_glass[i] != 0 { glass } else { split };
             }
             let (point, normal, error) = (rows.point(i), rows.geometric_normal(i), rows.point_error(i));
-            let mirrored = spawn_ray::<K>(point, normal, error, reflect(direction, split.normal, place.facet));
+            let way = if SMOOTH { reflect(direction, split.normal, facet) } else { mirror(direction, split.normal) };
+            let mirrored = spawn_ray::<K>(point, normal, error, way);
             ways.mirrored[i] = split.reflect;
             ways.mirrored_rays.rows.put(i, &mirrored);
             if GLASS {
@@ -211,7 +224,7 @@ impl Place {
 
     /// Where it may; `normal`: the one for shading, if that does not seem to face away.
     #[inline(always)]
-    fn split_glass<K: TreeKernels>(
+    fn split_glass<K: TreeKernels, const SMOOTH: bool>(
         &self,
         [reflect, transmit]: [f64; 2],
         by_fresnel: bool,
@@ -221,10 +234,13 @@ impl Place {
         let Self { direction, facet, entering, .. } = *self;
         // A smooth normal may bend the ray to the wrong side of the facet; the facet's own normal does not.
         let (bent, is_bent) = refract::<K>(direction, normal, eta, entering);
-        let (plain, is_plain) = refract::<K>(direction, facet, eta, entering);
-        let fits = (bent.dot(facet) < 0.0) | (normal == facet);
-        let (onward, at) = if fits { (bent, normal) } else { (plain, facet) };
-        let is_refracted = is_bent & (fits | is_plain);
+        let (mut onward, mut at, mut is_refracted) = (bent, normal, is_bent);
+        if SMOOTH {
+            let (plain, is_plain) = refract::<K>(direction, facet, eta, entering);
+            let fits = (bent.dot(facet) < 0.0) | (normal == facet);
+            (onward, at) = if fits { (bent, normal) } else { (plain, facet) };
+            is_refracted = is_bent & (fits | is_plain);
+        }
         let energy = reflect + transmit;
         let reflectance = fresnel(-direction.dot(at), -onward.dot(at), eta);
         let divided = [energy * reflectance, energy * (1.0 - reflectance)];

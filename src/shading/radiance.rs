@@ -58,14 +58,12 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     }
     let first = &mut levels[0];
     first.clear();
-    first.rays.set_len(points.len());
-    for (sample, point) in (0..).zip(points) {
-        let ray = Ray { t_min: K::T_MIN, ..scene.camera.ray(point.x, point.y) };
+    scene.primary_rays(K::T_MIN, points, &mut first.rays);
+    for sample in 0..points.len() {
         if TERMS & terms::GLASS != 0 {
-            first.media.push(scene.media_at_start(ray.origin));
+            first.media.push(scene.media_at_start(first.rays.ray(sample).origin));
         }
-        first.rays.put(sample as usize, &ray);
-        first.paths.push(Path::of(sample));
+        first.paths.push(Path::of(sample as u32));
     }
     first.outside = points.len();
     counts.camera += points.len() as u64;
@@ -205,7 +203,7 @@ impl<R: Recorder> Tracer<'_, R> {
             start = slots.end;
             lit.made_of(slots.clone(), material);
             let Some(material) = material else { continue };
-            self.surfaces.colors(scene, slots.clone(), material, &mut lit.color);
+            self.surfaces.colors(scene, slots.clone(), material, &level.hits, &mut lit.color);
             if TERMS & terms::MIRRORS != 0 {
                 self.onward.take(slots, material);
             }
@@ -247,11 +245,7 @@ impl<R: Recorder> Tracer<'_, R> {
                 self.onward.put_varnish(slot, before() / material.ior);
             }
         }
-        if TERMS & terms::GLASS != 0 && is_glass {
-            self.onward.divide::<K, true>(scene, self.surfaces);
-        } else {
-            self.onward.divide::<K, false>(scene, self.surfaces);
-        }
+        self.onward.divide::<K>(scene, self.surfaces, TERMS & terms::GLASS != 0 && is_glass);
         // By ray, since a sample's rays are in an order of its own.
         for index in 0..level.paths.len() {
             let Some(slot) = self.surfaces.rows().slot(index).filter(|&slot| self.onward.has(slot)) else { continue };
