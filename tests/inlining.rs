@@ -4,7 +4,7 @@
 //! instruction set, which end in its name: `traverse_avx2`.
 
 /// Modules, types and functions that must be inlined completely, as they stand in symbols of either mangling.
-const KERNELS: [&[&str]; 9] = [
+const KERNELS: [&[&str]; 11] = [
     &["bvh", "simd"],
     &["bvh", "kernels"],
     // And `plain_packets`.
@@ -12,7 +12,9 @@ const KERNELS: [&[&str]; 9] = [
     &["bvh", "packet_rows"],
     &["bvh", "triangles", "Test"],
     &["geometry", "slab"],
+    &["scene", "body"],
     &["scene", "front"],
+    &["scene", "through", "passage"],
     &["scene", "surface", "Placement"],
     &["geometry", "triangle", "TriangleRay"],
 ];

@@ -473,7 +473,6 @@ fn what_is_counted_of_glass_in_a_small_scene_is_what_following_the_ray_finds() {
             scene.look_along_packet::<Fast>(&rays[..], &inside, &mut seen, &mut scratch);
             assert!(!seen.iter().any(|seen| matches!(seen, Way::Part(_))), "{seed}: what f32 finds is followed");
         }
-        println!("{} {ways:?} {inside_ways:?}", isa.name());
         assert!(ways.iter().all(|&n| n > 1000) && inside_ways[2] > 1000, "{ways:?}, {inside_ways:?} from inside");
     }
 }

@@ -89,7 +89,8 @@ bodies! {
     Cylinder, true, |ray| K::cylinder(ray), |point, face| cylinder_surface(point, face).normal;
     /// A cone.
     Cone, true, |ray| K::cone(ray), |point, face| {
-        // Not `cone_surface`, which the compiler left scalar.
+        // Without the divisions of `cone_surface`. The compiler leaves the loop of `passage` over cones scalar, with or
+        // without them.
         let rho = (point.x * point.x + point.z * point.z).sqrt();
         if face == 0 { DVec3::new(point.x, 0.5 * rho, point.z) } else { DVec3::NEG_Y }
     };

@@ -45,6 +45,7 @@ impl Front {
     }
 
     /// The largest coordinate of the origins of the first rays; their number is rounded up to whole groups of eight.
+    #[inline(always)]
     pub fn farthest(&self, count: usize) -> f64 {
         let mut largest = [0.0; 8];
         for axis in &self.origin {

@@ -175,7 +175,8 @@ impl Task for Note {
 }
 
 impl Scene {
-    /// What is in the way of the rays of a packet in a scene of few objects. `inside`: what they start in.
+    /// What is in the way of the rays of a packet, of unit direction, in a scene of few objects. `inside`: what they
+    /// start in.
     pub(super) fn look_along_few<K: TreeKernels>(
         &self,
         packet: &mut Packet,
