@@ -159,11 +159,12 @@ impl Work<'_> {
             }
         };
         stats.samples += batch.points.len() as u64;
-        for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {
-            if !tiles[tile as usize].add(at, sample, *differences) {
-                stats.non_finite += 1;
-            }
-            stats.overfull += u64::from(sample.overfull);
+        let mut samples = batch.samples.iter();
+        for of_pixel in batch.pixels.chunk_by(|a, b| a == b) {
+            let (tile, at) = of_pixel[0];
+            let of_pixel = samples.by_ref().take(of_pixel.len());
+            let of_pixel = of_pixel.inspect(|sample| stats.overfull += u64::from(sample.overfull));
+            stats.non_finite += tiles[tile as usize].add(at, of_pixel, *differences);
         }
         batch.points.clear();
         batch.pixels.clear();
