@@ -121,12 +121,7 @@ fn main() {
                 3 => passes(&scene, threads.get(), &Pass::sequence(samples)),
                 4 => {
                     let mut l = Pass::lattices();
-                    let mut f = 1;
-                    while f < samples {
-                        let to = (4 * f).min(f + 32).min(samples);
-                        l.push(Pass::Refine { from: f, to });
-                        f = to;
-                    }
+                    l.push(Pass::Refine { from: 1, to: samples });
                     passes(&scene, threads.get(), &l)
                 }
                 _ => passes(&scene, threads.get(), &[Pass::Refine { from: 0, to: samples }]),

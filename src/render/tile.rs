@@ -94,7 +94,7 @@ impl Tile {
     }
 
     /// Adds the next samples of a point; how many of them are not finite.
-    pub(super) fn add<'a>(&mut self, at: u32, samples: impl Iterator<Item = &'a Sample>, differences: bool) -> u64 {
+    pub(super) fn add(&mut self, at: u32, samples: &[Sample], differences: bool) -> u64 {
         let mut pixel = self.pixels[at as usize];
         let left_out = pixel.non_finite();
         for sample in samples {
