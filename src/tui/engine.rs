@@ -18,17 +18,18 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Time between two frames while only the picture changes: so many times what the last one took, within limits, so that
-/// the workers have the processors. (A frame of the demo takes 1.5 ms at 200x60; thirty a second took 2 % of the time.)
-const FRAME_COSTS: u32 = 64;
+/// the workers have the processors. (Sending a frame takes about as long as painting it.)
+const FRAME_COSTS: u32 = 128;
 const FRAME: [Duration; 2] = [Duration::from_millis(33), Duration::from_millis(100)];
 /// The least time between any two.
 const QUICK_FRAME: Duration = Duration::from_millis(8);
 /// Time between two frames while only clocks run.
 const CLOCK_FRAME: Duration = Duration::from_millis(125);
 /// Tiles are asked for so often: were the loop woken for each, it would take the time of a worker (the first picture of
-/// 1280x720 has 920 tiles). The second where the first whole picture of an edit is waited for. (2 ms for the first cost
-/// 1 % of the time of a render.)
-const POLL: [Duration; 2] = [Duration::from_millis(8), Duration::from_micros(500)];
+/// 1280x720 has 920 tiles). The first after few of them came, the second after many, so that workers need not wait for
+/// room, the third where the first whole picture of an edit is waited for.
+const POLL: [Duration; 3] = [Duration::from_millis(8), Duration::from_millis(2), Duration::from_micros(500)];
+const MANY: usize = 128;
 /// The answer to a key that starts a render waits so long for the picture: both are painted at once, which leaves the
 /// processors to it. Nobody sees a thirtieth of a second.
 const TOGETHER: Duration = Duration::from_millis(25);
@@ -53,6 +54,8 @@ pub(super) struct Engine {
     last_frame: Instant,
     /// What that took.
     frame_cost: Duration,
+    /// Events of the render that were taken in together last.
+    came: usize,
 }
 
 impl Engine {
@@ -72,6 +75,7 @@ impl Engine {
             held: None,
             last_frame: now,
             frame_cost: Duration::ZERO,
+            came: 0,
         }
     }
 
@@ -104,7 +108,7 @@ impl Engine {
     pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
         let frame = self.not_before([self.frame_due, clock].into_iter().flatten().min());
-        let poll = POLL[usize::from(!self.app.is_seen())];
+        let poll = POLL[if self.app.is_seen() { usize::from(self.came > MANY) } else { 2 }];
         let tiles = self.render.as_ref().or(self.probe.as_ref()).map(|_| Instant::now() + poll);
         let until = [frame, tiles, self.app.leaves_by(), at_most].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
@@ -121,6 +125,7 @@ impl Engine {
             }
         };
         let end = Instant::now() + BATCH;
+        self.came = 0;
         // A whole picture of an edit is shown before more is taken in.
         while self.app.exit().is_none() && !self.app.is_awaited() && Instant::now() < end {
             // Keys before tiles.
@@ -129,7 +134,10 @@ impl Engine {
                 continue;
             }
             match self.render.as_ref().map(|render| render.events().try_recv()) {
-                Some(Ok(event)) => effects.extend(self.take(Event::Render(event))),
+                Some(Ok(event)) => {
+                    self.came += 1;
+                    effects.extend(self.take(Event::Render(event)));
+                }
                 Some(Err(TryRecvError::Disconnected)) => self.render = None, // All is told.
                 Some(Err(TryRecvError::Empty)) | None => {
                     match self.probe.as_ref().map(|probe| probe.events().try_recv()) {
