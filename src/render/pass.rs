@@ -31,7 +31,7 @@ const MAX_PER_PASS: u32 = 32;
 impl Pass {
     /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then up to 4 and 16
     /// samples, then twice as many, then by 32: after each pass the picture is told and judged, and the fewer samples
-    /// of a pixel are traced together, the less alike their rays run. (1 to 16 in three passes took 1 % more than in one.)
+    /// of a pixel are traced together, the less alike their rays run. (1 to 16 in three passes took 1 % more than one.)
     pub fn sequence(samples: u32) -> Vec<Pass> {
         let mut passes = Self::lattices();
         let mut from = 1;
