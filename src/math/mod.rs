@@ -17,8 +17,8 @@ pub use power::pow;
 pub use rgb::Rgb;
 pub use sobol::{sample_in_pixel, tent};
 pub use srgb::{
-    STEEPEST, linear_to_srgb, linear_to_srgb_near, linear_to_srgb8, srgb_to_linear, srgb_to_linear_near, srgb8_table,
-    srgb8_to_linear,
+    STEEPEST, linear_to_srgb, linear_to_srgb_by_roots, linear_to_srgb_near, linear_to_srgb8, srgb_to_linear,
+    srgb_to_linear_near, srgb8_table, srgb8_to_linear,
 };
 
 /// The largest whole number that is not above `x`. What the standard library has is a call on the base instruction set

@@ -20,8 +20,8 @@ pub const BATCH: usize = 256;
 pub(super) struct Batch {
     /// On the film.
     points: Vec<DVec2>,
-    /// The pixel of each point: which of the tiles that are traced together, and its place row by row there.
-    pixels: Vec<(u32, u32)>,
+    /// The pixels that they belong to, one after the other.
+    runs: Vec<Run>,
     samples: Vec<Sample>,
     scratch: Scratch,
     /// What is seen in and around a tile that is judged.
@@ -32,6 +32,15 @@ pub(super) struct Batch {
     pub untold: Duration,
     /// The pixels that get samples, tile by tile.
     pub wanted: Vec<Wanted>,
+}
+
+/// Samples of one pixel that follow each other.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// Which of the tiles that are traced together, and the place row by row there.
+    tile: u32,
+    at: u32,
+    count: u32,
 }
 
 /// A pixel that gets samples.
@@ -97,7 +106,7 @@ pub(super) fn trace(tiles: &mut [Tile], tracer: Tracer, batch: &mut Batch, stats
         traced = work.trace(tiles);
     }
     work.batch.points.clear();
-    work.batch.pixels.clear();
+    work.batch.runs.clear();
     work.stats.busy += work.start.elapsed();
     traced
 }
@@ -120,9 +129,13 @@ impl Work<'_> {
             let number = of_tile[0].tile;
             for &Wanted { at, before, after, .. } in of_tile {
                 let (x, y) = tiles[number as usize].place(at);
-                for index in before..after {
-                    self.batch.points.push(film_point(self.tracer.filter, x, y, index));
-                    self.batch.pixels.push((number, at));
+                let mut next = before;
+                while next < after {
+                    let count = (after - next).min((BATCH - self.batch.points.len()) as u32);
+                    let filter = self.tracer.filter;
+                    self.batch.points.extend((next..next + count).map(|index| film_point(filter, x, y, index)));
+                    self.batch.runs.push(Run { tile: number, at, count });
+                    next += count;
                     if self.batch.points.len() == BATCH {
                         traced = self.trace(tiles);
                         if traced != Traced::Whole {
@@ -159,14 +172,15 @@ impl Work<'_> {
             }
         };
         stats.samples += batch.points.len() as u64;
-        for (&(tile, at), sample) in batch.pixels.iter().zip(&batch.samples) {
-            if !tiles[tile as usize].add(at, sample, *differences) {
-                stats.non_finite += 1;
-            }
-            stats.overfull += u64::from(sample.overfull);
+        stats.overfull += batch.samples.iter().filter(|sample| sample.overfull).count() as u64;
+        let mut samples = &batch.samples[..];
+        for run in &batch.runs {
+            let (of_pixel, others) = samples.split_at(run.count as usize);
+            stats.non_finite += tiles[run.tile as usize].add(run.at, of_pixel, *differences);
+            samples = others;
         }
         batch.points.clear();
-        batch.pixels.clear();
+        batch.runs.clear();
         Traced::Whole
     }
 }
