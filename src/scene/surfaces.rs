@@ -31,9 +31,6 @@ const FEWEST: usize = 3;
 /// Stands for no material: of a surface that is not there after all.
 const NOTHING: u32 = u32::MAX;
 
-/// Stands for no slot.
-const NOWHERE: u16 = u16::MAX;
-
 /// Surfaces where rays end; room for [`Scene::surfaces`], which takes no memory once it is there.
 #[derive(Debug, Default)]
 pub struct Surfaces {
@@ -97,8 +94,6 @@ pub struct SurfaceRows {
     pub is_smooth: bool,
     /// The ray that ends there.
     pub ray: [u16; SLOTS],
-    /// The slot of each ray; [`NOWHERE`] for those that meet nothing.
-    slot: [u16; PACKET],
     /// Of the material in the scene.
     material: [u32; SLOTS],
     /// See [`SurfaceInteraction`].
@@ -122,7 +117,6 @@ impl Default for SurfaceRows {
             count: 0,
             is_smooth: false,
             ray: [0; SLOTS],
-            slot: [NOWHERE; PACKET],
             material: [0; SLOTS],
             point: [zero; 3],
             point_error: zero,
@@ -204,13 +198,6 @@ impl SurfaceRows {
     #[inline(always)]
     pub fn material<'a>(&self, scene: &'a Scene, slot: usize) -> Option<&'a Material> {
         scene.materials.get(self.material[slot] as usize)
-    }
-
-    /// The slot of a ray that ends on a surface.
-    #[inline(always)]
-    pub fn slot(&self, ray: usize) -> Option<usize> {
-        let slot = usize::from(self.slot[ray]);
-        (slot < self.count && self.material[slot] != NOTHING).then_some(slot)
     }
 
     /// The slots from this one on that are of the same material.
@@ -449,7 +436,6 @@ impl Scene {
         }
         let alone = free;
         for (number, (group, hit)) in (0..).zip(group_of.iter().zip(hits)) {
-            found.slot[number] = NOWHERE;
             let Some(hit) = hit else { continue };
             let slot = match groups.get_mut(usize::from(*group)) {
                 Some(group) if group.count >= FEWEST => {
@@ -462,7 +448,7 @@ impl Scene {
                 }
             };
             sorted.take(slot, &rays.ray(number), hit, &objects[hit.object as usize]);
-            (found.ray[slot], found.slot[number]) = (number as u16, slot as u16);
+            found.ray[slot] = number as u16;
             found.material[slot] = self.material_of(hit.object, hit.primitive);
         }
         found.count = free;

@@ -43,7 +43,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
                 lighting.occlude::<K>(scene, packets);
             }
         }
-        recorder.light::<K, TERMS>(scene, index, lighting, rows);
+        recorder.light::<K, TERMS>(scene, index, lighting);
         let Lighting { lit, beams, .. } = lighting;
         scene.run(Respond::<K, TERMS>(PhantomData), &**beams, lit);
     }
@@ -65,25 +65,26 @@ impl Lighting {
         scene.run(Shine::<K, TERMS> { light: *light, spare, kernels: PhantomData }, &**lit, beams);
         asked.clear();
         unasked.clear();
-        // By ray, since a sample's rays are in an order of its own.
-        for (ray, path) in paths.iter().enumerate().filter(|_| spare) {
-            let Some(slot) = rows.slot(ray).filter(|&slot| beams.reaches(slot)) else { continue };
-            let spent = &mut spent[path.sample as usize];
-            let (mut most, room) = (beams.most(slot), 0.5 * (scene.spare_light - *spent));
-            // A power, so only if there is need of it.
-            if most <= room && lit.get(slot).shines::<TERMS>() {
-                let beam = beams.get(slot);
-                most += lit.weight[slot] * beam.radiance.largest() * lit.get(slot).highlight::<K>(&beam);
-            }
-            if most <= room {
-                *spent += most;
-                beams.part[slot] = 0.5;
-                unasked.push((slot as u16, 0.5 * most));
-            }
-        }
         for slot in 0..lit.count {
-            let has_ray = TERMS & terms::SHADOWS == 0 || beams.has_ray(slot);
-            if beams.reaches(slot) && has_ray && beams.part[slot] == 0.0 {
+            if !beams.reaches(slot) {
+                continue;
+            }
+            if spare {
+                let spent = &mut spent[paths[usize::from(rows.ray[slot])].sample as usize];
+                let (mut most, room) = (beams.most(slot), 0.5 * (scene.spare_light - *spent));
+                // A power, so only if there is need of it.
+                if most <= room && lit.get(slot).shines::<TERMS>() {
+                    let beam = beams.get(slot);
+                    most += lit.weight[slot] * beam.radiance.largest() * lit.get(slot).highlight::<K>(&beam);
+                }
+                if most <= room {
+                    *spent += most;
+                    beams.part[slot] = 0.5;
+                    unasked.push((slot as u16, 0.5 * most));
+                    continue;
+                }
+            }
+            if TERMS & terms::SHADOWS == 0 || beams.has_ray(slot) {
                 beams.part[slot] = 1.0;
                 asked.push(slot as u16);
             }

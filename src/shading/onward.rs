@@ -52,8 +52,8 @@ struct Ways {
     refracted: [f64; SLOTS],
     /// Whether there is one.
     is_refracted: [u8; SLOTS],
-    mirrored_rays: Box<RayPacket>,
-    refracted_rays: Box<RayPacket>,
+    mirrored_rays: RayPacket,
+    refracted_rays: RayPacket,
 }
 
 impl Default for Ways {
@@ -62,19 +62,17 @@ impl Default for Ways {
             mirrored: [0.0; SLOTS],
             refracted: [0.0; SLOTS],
             is_refracted: [0; SLOTS],
-            mirrored_rays: Box::default(),
-            refracted_rays: Box::default(),
+            mirrored_rays: RayPacket::default(),
+            refracted_rays: RayPacket::default(),
         }
     }
 }
 
 impl Onward {
-    /// Takes in the surfaces in these slots, which are of this material.
+    /// Takes in surfaces that light goes on from: all in these slots, which are of this material.
     pub fn take(&mut self, slots: Range<usize>, material: &Material) {
         let optics = &mut self.optics;
-        if material.reflect != 0.0 || material.transmit != 0.0 {
-            self.slots.extend(slots.clone().map(|slot| slot as u16));
-        }
+        self.slots.extend(slots.clone().map(|slot| slot as u16));
         optics.reflect[slots.clone()].fill(material.reflect);
         optics.transmit[slots.clone()].fill(material.transmit);
         optics.fresnel[slots.clone()].fill(material.fresnel.into());
@@ -122,17 +120,6 @@ impl Onward {
     /// Weight of the refracted ray, if there is one.
     pub fn refracted(&self, slot: usize) -> Option<f64> {
         (self.ways.is_refracted[slot] != 0).then_some(self.ways.refracted[slot])
-    }
-
-    /// Gives the rays away, by slot, for others that are needed no more.
-    pub fn give(&mut self, mirrored: &mut Box<RayPacket>, refracted: &mut Box<RayPacket>) {
-        std::mem::swap(mirrored, &mut self.ways.mirrored_rays);
-        std::mem::swap(refracted, &mut self.ways.refracted_rays);
-    }
-
-    /// Whether light goes on from the surface in a slot.
-    pub fn has(&self, slot: usize) -> bool {
-        self.gain(slot) != 0.0
     }
 
     /// The mirrored rays, by slot.

@@ -31,17 +31,18 @@ pub(super) struct Path {
     pub sample: u32,
     /// The ray that it comes from, in the packet one level up.
     pub parent: u32,
-    /// Which way it has gone: 1 at the eye, then twice that of the ray that it comes from, and 1 more if it is
-    /// refracted. (Of long paths the last bits.)
-    pub way: u32,
     /// Weight in the radiance of that ray.
     pub share: f64,
     /// Product of all shares (shares of what there is, where a material gives back more than it gets).
     pub weight: f64,
 }
 
+impl Path {
+    const NONE: Self = Self { sample: 0, parent: 0, share: 0.0, weight: 0.0 };
+}
+
 /// Rays of one depth and what comes back along them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Level {
     /// Last come those that are inside of a body where they meet nothing else.
     pub rays: Box<RayPacket>,
@@ -55,33 +56,29 @@ pub(super) struct Level {
     pub beyond: Vec<Option<MediumStack>>,
     /// Radiance along each ray, as far as it is known.
     pub sums: Vec<Rgb>,
-    pub branches: Branches,
-    /// Where its rays are taken from.
-    picks: Vec<u16>,
+    pub reflected: Branches,
+    pub refracted: Branches,
 }
 
-/// Rays that go on from a packet, mirrored and refracted ones together: apart they would be few, and half as many at
-/// every depth.
-#[derive(Debug, Default)]
+/// Rays that go on from a packet. Those of one octant of directions come together, so that they stay together in the
+/// tree.
+#[derive(Debug)]
 pub(super) struct Branches {
-    /// By slot of the surfaces that they come from.
-    pub mirrored: Box<RayPacket>,
-    /// The same.
-    pub refracted: Box<RayPacket>,
-    pub paths: Vec<Path>,
-    /// Where each is: its slot, and 256 more among the refracted ones.
-    picks: Vec<u16>,
+    /// As in [`Level::rays`].
+    rays: Box<RayPacket>,
+    outside: usize,
+    /// As they come in, until [`Branches::sort`].
+    paths: Vec<Path>,
+    sorted: Vec<Path>,
+    /// As in [`Level::media`].
+    media: Vec<MediumStack>,
+    /// The slots of the surfaces that they come from, as they come in.
+    slots: Vec<u16>,
+    /// The same in order.
+    order: Vec<u16>,
     /// In which order they are taken: by octant, and at last those that meet nothing but the body that they are inside
     /// of.
     kinds: Vec<u8>,
-    /// Numbers of them in the order that they are taken in.
-    order: Vec<u16>,
-    /// The same before they are sorted.
-    unsorted: Vec<u16>,
-    /// How many go into each packet.
-    packets: Vec<usize>,
-    /// What comes back along mirrored and along refracted rays, by the ray that they come from.
-    sums: [Vec<Rgb>; 2],
 }
 
 /// Kind of the rays that meet nothing but the body that they are inside of.
@@ -124,102 +121,35 @@ impl<R> Scratch<R> {
     }
 }
 
-impl Path {
-    /// From the eye.
-    pub fn of(sample: u32) -> Self {
-        Self { sample, parent: 0, way: 1, share: 1.0, weight: 1.0 }
-    }
-
-    /// Whether the ray has been refracted, and not mirrored, at its start.
-    pub fn is_refracted(&self) -> bool {
-        self.way & 1 != 0
-    }
-}
-
-/// Which of the eight octants of directions a ray runs in.
-fn octant(direction: DVec3) -> u8 {
-    direction.is_negative_bitmask() as u8
-}
-
-impl Branches {
-    /// Forgets what was there. `rays`: how many they come from.
-    pub fn clear(&mut self, rays: usize) {
-        self.paths.clear();
-        self.picks.clear();
-        self.kinds.clear();
-        self.order.clear();
-        self.packets.clear();
-        for sums in &mut self.sums {
-            sums.clear();
-            sums.resize(rays, Rgb::BLACK);
-        }
-    }
-
-    /// Takes in a ray in this direction from the surface in a slot. `inside`: whether it meets nothing but the body
-    /// that it is inside of.
-    pub fn push(&mut self, slot: usize, direction: DVec3, path: Path, inside: bool) {
-        self.picks.push(slot as u16 + if path.is_refracted() { PACKET as u16 } else { 0 });
-        self.paths.push(path);
-        self.kinds.push(if inside { INSIDE } else { octant(direction) });
-    }
-
-    /// Brings them in order, and tells how many packets they are. Rays of one octant of directions come together, so
-    /// that they stay together in the tree. All rays of a sample are in one packet, unless they are more than go into
-    /// one: so in which order they are traced does not depend on what else is traced with them.
-    pub fn sort(&mut self) -> usize {
-        let count = self.paths.len();
-        self.order.extend(0..count as u16);
-        if count <= PACKET {
-            self.packets.push(count);
-            sort_by_kind(&mut self.order, &self.kinds, &mut self.unsorted);
-        } else {
-            let Self { order, unsorted, paths, kinds, packets, .. } = self;
-            order.sort_by_key(|&number| paths[usize::from(number)].sample);
-            let mut start = 0;
-            while start < count {
-                // As many whole samples as go into a packet; of a larger one its own rays in their order.
-                let sample = |at: usize| paths[usize::from(order[at])].sample;
-                let mut end = (start + PACKET).min(count);
-                if end < count && sample(start) != sample(end) {
-                    while sample(end - 1) == sample(end) {
-                        end -= 1;
-                    }
-                } else if end < count {
-                    // A sample that is too large.
-                    end = (start..count).find(|&at| sample(at) != sample(start)).unwrap_or(count);
-                }
-                sort_by_kind(&mut order[start..end], kinds, unsorted);
-                packets.extend((start..end).step_by(PACKET).map(|at| PACKET.min(end - at)));
-                start = end;
-            }
-        }
-        self.packets.len()
-    }
-
-    /// Adds what has come back along them.
-    pub fn add(&self, sums: &mut [Rgb]) {
-        let [mirrored, refracted] = &self.sums;
-        for (sum, (&mirrored, &refracted)) in sums.iter_mut().zip(mirrored.iter().zip(refracted)) {
-            *sum = *sum + mirrored + refracted;
+impl Default for Level {
+    fn default() -> Self {
+        Self {
+            rays: Box::default(),
+            outside: 0,
+            paths: Vec::with_capacity(PACKET),
+            media: Vec::new(),
+            hits: Vec::new(),
+            beyond: Vec::new(),
+            sums: Vec::new(),
+            reflected: Branches::default(),
+            refracted: Branches::default(),
         }
     }
 }
 
-/// Sorts numbers by kind; equal kinds stay in order. `room`: for a copy.
-fn sort_by_kind(order: &mut [u16], kinds: &[u8], room: &mut Vec<u16>) {
-    room.clear();
-    room.extend_from_slice(order);
-    let mut starts = [0; INSIDE as usize + 2];
-    for &number in &*room {
-        starts[usize::from(kinds[usize::from(number)]) + 1] += 1;
-    }
-    for kind in 1..starts.len() {
-        starts[kind] += starts[kind - 1];
-    }
-    for &number in &*room {
-        let at = &mut starts[usize::from(kinds[usize::from(number)])];
-        order[*at] = number;
-        *at += 1;
+impl Default for Branches {
+    /// Room for a packet, since it is given to whoever follows the rays, for other room.
+    fn default() -> Self {
+        Self {
+            rays: Box::default(),
+            outside: 0,
+            paths: Vec::with_capacity(PACKET),
+            sorted: Vec::with_capacity(PACKET),
+            media: Vec::new(),
+            slots: Vec::with_capacity(PACKET),
+            order: Vec::with_capacity(PACKET),
+            kinds: Vec::with_capacity(PACKET),
+        }
     }
 }
 
@@ -231,30 +161,76 @@ impl Level {
         self.media.clear();
     }
 
-    /// Takes one of the packets of rays that go on from another level.
-    pub fn take(&mut self, from: &mut Level, packet: usize) {
-        self.clear();
-        let Level { branches, media, beyond, .. } = from;
-        let start = branches.packets[..packet].iter().sum();
-        let order = &branches.order[start..][..branches.packets[packet]];
-        self.picks.clear();
-        self.picks.extend(order.iter().map(|&number| branches.picks[usize::from(number)]));
-        self.rays.take([&branches.mirrored, &branches.refracted], &self.picks);
-        self.paths.extend(order.iter().map(|&number| branches.paths[usize::from(number)]));
-        let is_inside = |number: &u16| branches.kinds[usize::from(*number)] == INSIDE;
-        self.outside = order.iter().position(is_inside).unwrap_or(order.len());
-        if !media.is_empty() {
-            self.media.extend(self.paths.iter().map(|path| {
-                let parent = path.parent as usize;
-                beyond[parent].filter(|_| path.is_refracted()).unwrap_or(media[parent])
-            }));
-        }
+    /// Takes all branches as its packet.
+    pub fn take(&mut self, branches: &mut Branches) {
+        self.outside = branches.outside;
+        std::mem::swap(&mut self.rays, &mut branches.rays);
+        std::mem::swap(&mut self.paths, &mut branches.sorted);
+        std::mem::swap(&mut self.media, &mut branches.media);
+    }
+}
+
+/// Which of the eight octants of directions a ray runs in.
+fn octant(direction: DVec3) -> u8 {
+    direction.is_negative_bitmask() as u8
+}
+
+impl Branches {
+    /// Forgets what was there.
+    pub fn clear(&mut self) {
+        self.rays.set_len(0);
+        self.outside = 0;
+        self.paths.clear();
+        self.sorted.clear();
+        self.media.clear();
+        self.slots.clear();
+        self.kinds.clear();
     }
 
-    /// Gives back what its rays see to the level that they come from.
-    pub fn give(&self, to: &mut Branches) {
-        for (path, &sum) in self.paths.iter().zip(&self.sums) {
-            to.sums[usize::from(path.is_refracted())][path.parent as usize] = sum * path.share;
+    /// Takes in a ray in this direction from the surface in a slot. `inside`: whether it meets nothing but the body
+    /// that it is inside of.
+    pub fn push(&mut self, slot: usize, direction: DVec3, path: Path, inside: bool) {
+        self.slots.push(slot as u16);
+        self.paths.push(path);
+        self.kinds.push(if inside { INSIDE } else { octant(direction) });
+    }
+
+    /// Brings them in order. `rays`: those of all slots; `media`: what each starts in, by its parent.
+    pub fn sort<'a>(&mut self, rays: &RayPacket, media: impl Fn(usize) -> Option<&'a MediumStack>) {
+        let mut counts = [0; 9];
+        for &kind in &self.kinds {
+            counts[usize::from(kind)] += 1;
+        }
+        self.outside = self.kinds.len() - counts[usize::from(INSIDE)];
+        let (mut starts, mut sum) = (counts, 0);
+        for start in &mut starts {
+            sum += std::mem::replace(start, sum);
+        }
+        self.order.clear();
+        self.order.resize(self.slots.len(), 0);
+        self.sorted.resize(self.slots.len(), Path::NONE);
+        for ((&slot, &kind), &path) in self.slots.iter().zip(&self.kinds).zip(&self.paths) {
+            let at = &mut starts[usize::from(kind)];
+            (self.order[*at], self.sorted[*at]) = (slot, path);
+            *at += 1;
+        }
+        self.rays.take(rays, &self.order);
+        self.media.extend(self.sorted.iter().filter_map(|path| media(path.parent as usize)));
+    }
+
+    /// Drops the branches whose paths are not worth it.
+    pub fn retain(&mut self, mut worth_it: impl FnMut(&Path) -> bool) {
+        self.order.clear();
+        self.order.extend((0..).zip(&self.sorted).filter(|(_, path)| worth_it(path)).map(|(number, _)| number));
+        if self.order.len() < self.sorted.len() {
+            self.outside = self.order.partition_point(|&number| usize::from(number) < self.outside);
+            self.rays.keep(&self.order);
+            for (to, &number) in self.order.iter().enumerate() {
+                self.sorted[to] = self.sorted[usize::from(number)];
+                self.media[to] = self.media[usize::from(number)];
+            }
+            self.sorted.truncate(self.order.len());
+            self.media.truncate(self.order.len());
         }
     }
 }

@@ -6,12 +6,12 @@ use super::local::add_lights;
 use super::onward::Onward;
 use super::packet::{Level, Lighting, Path, Scratch};
 use super::ray_tree::{Cut, RayKind};
-use super::record::{Recorder, SurfaceEnd};
+use super::record::Recorder;
 use super::sample::{RayCounts, Sample};
 use super::sampler::terms;
 use super::tail::Tail;
 use crate::bvh::{PACKET, TreeKernels};
-use crate::geometry::{Hit, Ray, SurfaceInteraction};
+use crate::geometry::{Ray, SurfaceInteraction};
 use crate::math::Rgb;
 use crate::scene::{MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
@@ -63,12 +63,12 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
         if TERMS & terms::GLASS != 0 {
             first.media.push(scene.media_at_start(first.rays.ray(sample).origin));
         }
-        first.paths.push(Path::of(sample as u32));
+        first.paths.push(Path { sample: sample as u32, parent: 0, share: 1.0, weight: 1.0 });
     }
     first.outside = points.len();
     counts.camera += points.len() as u64;
     let mut tracer = Tracer { scene, samples, counts, lighting, onward, packets, surfaces, tails, recorder, stop };
-    tracer.recorder.begin::<K>(scene, &levels[0]);
+    tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
     tracer.recorder.end(&levels[0]);
     for (sample, &sum) in samples.iter_mut().zip(&levels[0].sums) {
@@ -131,15 +131,19 @@ impl<R: Recorder> Tracer<'_, R> {
                 self.tails[path.sample as usize].meet(own);
             }
         }
-        if TERMS & terms::MIRRORS != 0 && !deeper.is_empty() {
-            for packet in 0..level.branches.sort() {
-                deeper[0].take(level, packet);
-                self.recorder.begin::<K>(self.scene, &deeper[0]);
-                self.radiance::<K, TERMS>(deeper, depth + 1);
-                self.recorder.end(&deeper[0]);
-                deeper[0].give(&mut level.branches);
-            }
-            level.branches.add(&mut level.sums);
+        if TERMS & terms::MIRRORS != 0 {
+            let Some(next) = deeper.first_mut() else { return };
+            next.take(&mut level.reflected);
+            self.counts.reflection += next.rays.len() as u64;
+            self.follow::<K, TERMS>(RayKind::Reflection, &mut level.sums, deeper, depth + 1);
+        }
+        if TERMS & terms::GLASS != 0 {
+            let Some(next) = deeper.first_mut() else { return };
+            // Asked only now, so that what is cut off a sample is added up in the order of its ray tree.
+            level.refracted.retain(|path| self.worth_it(path, RayKind::Refraction));
+            next.take(&mut level.refracted);
+            self.counts.refraction += next.rays.len() as u64;
+            self.follow::<K, TERMS>(RayKind::Refraction, &mut level.sums, deeper, depth + 1);
         }
     }
 
@@ -151,6 +155,25 @@ impl<R: Recorder> Tracer<'_, R> {
             let ray = &level.rays.ray(number);
             let exit = level.media[number].only().and_then(|body| scene.exit::<K>(ray, body));
             level.hits[number] = exit.or_else(|| scene.intersect::<K>(ray));
+        }
+    }
+
+    /// Adds what the rays of the first level see to the sums of those that they come from.
+    ///
+    /// Mirrored and refracted rays apart. All rays of a depth together were fewer and fuller packets, but less alike: 1.07
+    /// of the time on the demo and on the terrain, 1.03 on the field of glass.
+    fn follow<K: TreeKernels, const TERMS: u8>(
+        &mut self,
+        kind: RayKind,
+        sums: &mut [Rgb],
+        levels: &mut [Level],
+        depth: u32,
+    ) {
+        self.recorder.begin::<K>(self.scene, kind, &levels[0]);
+        self.radiance::<K, TERMS>(levels, depth);
+        self.recorder.end(&levels[0]);
+        for (path, &sum) in levels[0].paths.iter().zip(&levels[0].sums) {
+            sums[path.parent as usize] += sum * path.share;
         }
     }
 
@@ -172,8 +195,7 @@ impl<R: Recorder> Tracer<'_, R> {
             let mut interaction = self.surfaces.get(slot, &hit);
             let (mut ray, media) = (level.rays.ray(index), &mut level.media[index]);
             let beyond = &mut level.beyond[index];
-            let pass = |hit: &Hit| self.recorder.pass(scene, index, hit);
-            let ends = surface::<K>(scene, &mut ray, &mut interaction, media, beyond, pass);
+            let ends = surface::<K, R>(scene, &mut ray, &mut interaction, media, beyond, self.recorder);
             level.hits[index] = ends.then_some(interaction.hit);
             self.surfaces.set(slot, ends.then_some(&interaction));
             let overfull = media.is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
@@ -204,31 +226,31 @@ impl<R: Recorder> Tracer<'_, R> {
             lit.made_of(slots.clone(), material);
             let Some(material) = material else { continue };
             self.surfaces.colors(scene, slots.clone(), material, &level.hits, &mut lit.color);
-            if TERMS & terms::MIRRORS != 0 {
+            if TERMS & terms::MIRRORS != 0 && (material.reflect != 0.0 || material.transmit != 0.0) {
                 self.onward.take(slots, material);
             }
         }
         let rows = self.surfaces.rows();
-        for (ray, (path, hit)) in level.paths.iter().zip(&level.hits).enumerate() {
-            let (Some(slot), Some(hit)) = (rows.slot(ray), hit) else { continue };
+        for slot in 0..rows.count {
+            let index = usize::from(rows.ray[slot]);
+            let path = &level.paths[index];
             lit.weight[slot] = path.weight;
+            let Some(hit) = &level.hits[index] else { continue };
             let normal = (depth == 0).then(|| rows.normal(slot));
-            self.samples[path.sample as usize].meet(hit.object, path.way, normal, scene.lights.len());
+            self.samples[path.sample as usize].meet(hit.object, normal, scene.lights.len());
         }
         scene.run(Begin { ambient: scene.world.ambient }, &*self.surfaces, lit);
         for slot in 0..if R::LISTENS { rows.count } else { 0 } {
             let index = usize::from(rows.ray[slot]);
             let Some(hit) = &level.hits[index] else { continue };
             let beyond = level.beyond.get(index).and_then(Option::as_ref);
-            let (interaction, color, ambient) = (self.surfaces.get(slot, hit), lit.get(slot).color, lit.sum(slot));
-            self.recorder.meet(scene, index, SurfaceEnd { interaction, color, ambient, beyond });
+            self.recorder.meet(scene, &self.surfaces.get(slot, hit), lit.get(slot).color, lit.sum(slot), beyond);
         }
     }
 
     /// Sends on mirrored and refracted rays from the surfaces of a packet.
     #[inline(never)]
     fn branch<K: TreeKernels, const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
-        level.branches.clear(level.rays.len());
         if depth >= self.scene.render.max_depth {
             return self.end_paths(level);
         }
@@ -246,84 +268,82 @@ impl<R: Recorder> Tracer<'_, R> {
             }
         }
         self.onward.divide::<K>(scene, self.surfaces, TERMS & terms::GLASS != 0 && is_glass);
-        // By ray, since a sample's rays are in an order of its own.
-        for index in 0..level.paths.len() {
-            let Some(slot) = self.surfaces.rows().slot(index).filter(|&slot| self.onward.has(slot)) else { continue };
-            let Path { sample, way, weight, .. } = level.paths[index];
+        for branches in [&mut level.reflected, &mut level.refracted] {
+            branches.clear();
+        }
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let index = self.surfaces.rows().ray[slot];
+            let number = usize::from(index);
+            let Path { sample, weight, .. } = level.paths[number];
             if let Some(tail) = self.tails.get_mut(sample as usize) {
                 tail.send_on(self.onward.gain(slot));
             }
-            let beyond = level.beyond.get(index).and_then(Option::as_ref);
+            let beyond = level.beyond.get(number).and_then(Option::as_ref);
             let mirrored = self.onward.mirrored(slot);
             let transmit = self.onward.refracted(slot).filter(|_| is_glass).zip(beyond);
             // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without
             // end.
             let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
-            let path = |share: f64, way: u32| Path {
-                sample,
-                parent: index as u32,
-                way,
-                share,
-                weight: weight * (share / gain),
-            };
+            let path = |share: f64| Path { sample, parent: index.into(), share, weight: weight * (share / gain) };
             // Whether a ray has only to find the way out of a body.
             let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
-            let onward = path(mirrored, way << 1);
-            if self.worth_it(index, &onward, RayKind::Reflection) {
-                let media = level.media.get(index);
+            let onward = path(mirrored);
+            if self.worth_it(&onward, RayKind::Reflection) {
+                let media = level.media.get(number);
                 let direction = self.onward.mirrored_rays().ray(slot).direction;
-                level.branches.push(slot, direction, onward, media.is_some_and(inside));
-                self.counts.reflection += 1;
+                level.reflected.push(slot, direction, onward, media.is_some_and(inside));
             }
             if let Some((share, beyond)) = transmit {
-                let onward = path(share, way << 1 | 1);
-                if self.worth_it(index, &onward, RayKind::Refraction) {
-                    let direction = self.onward.refracted_rays().ray(slot).direction;
-                    level.branches.push(slot, direction, onward, inside(beyond));
-                    self.counts.refraction += 1;
-                }
+                let direction = self.onward.refracted_rays().ray(slot).direction;
+                level.refracted.push(slot, direction, path(share), inside(beyond));
             }
         }
-        self.onward.give(&mut level.branches.mirrored, &mut level.branches.refracted);
+        let Level { reflected, refracted, media, beyond, .. } = level;
+        reflected.sort(self.onward.mirrored_rays(), |parent| media.get(parent));
+        if is_glass {
+            refracted.sort(self.onward.refracted_rays(), |parent| beyond[parent].as_ref());
+        }
     }
 
     /// Ends all paths at the surfaces of a packet: they are as long as they may be.
     fn end_paths(&mut self, level: &Level) {
-        for (index, &Path { sample, weight, .. }) in level.paths.iter().enumerate() {
-            let Some(slot) = self.surfaces.rows().slot(index).filter(|&slot| self.onward.has(slot)) else { continue };
+        for k in 0..self.onward.slots.len() {
+            let slot = usize::from(self.onward.slots[k]);
+            let Path { sample, weight, .. } = level.paths[usize::from(self.surfaces.rows().ray[slot])];
             let gain = self.onward.gain(slot);
             if let Some(tail) = self.tails.get_mut(sample as usize) {
                 tail.send_on(gain);
             }
             self.samples[sample as usize].cut += weight * gain;
-            self.recorder.cut(index, Cut { kind: None, weight: weight * gain, depth: true });
+            self.recorder.cut(Cut { kind: None, weight: weight * gain, depth: true });
         }
     }
 
-    /// Whether a path from the surface where a ray ends is worth following; if not, its weight is noted.
-    fn worth_it(&mut self, ray: usize, path: &Path, kind: RayKind) -> bool {
+    /// Whether a path is worth following; if not, its weight is noted.
+    fn worth_it(&mut self, path: &Path, kind: RayKind) -> bool {
         let worth_it = path.weight >= self.scene.least_weight;
         if !worth_it {
             self.samples[path.sample as usize].cut += path.weight;
             if let Some(tail) = self.tails.get_mut(path.sample as usize) {
                 tail.cut(path.weight);
             }
-            self.recorder.cut(ray, Cut { kind: Some(kind), weight: path.weight, depth: false });
+            self.recorder.cut(Cut { kind: Some(kind), weight: path.weight, depth: false });
         }
         worth_it
     }
 }
 
 /// Takes a ray on to the surface that it ends on, past those that change nothing; `beyond` gets the media behind that,
-/// if light gets there, `pass` hears of those. `ray`, `interaction` and `media` are brought to where the ray arrives.
-/// Whether there is such a surface.
-fn surface<K: TreeKernels>(
+/// if light gets there. `ray`, `interaction` and `media` are brought to where the ray arrives. Whether there is such a
+/// surface.
+fn surface<K: TreeKernels, R: Recorder>(
     scene: &Scene,
     ray: &mut Ray,
     interaction: &mut SurfaceInteraction,
     media: &mut MediumStack,
     beyond: &mut Option<MediumStack>,
-    mut pass: impl FnMut(&Hit),
+    recorder: &mut R,
 ) -> bool {
     while scene.materials[interaction.material as usize].transmit != 0.0 {
         let SurfaceInteraction { hit, geometric_normal, point_error, material, entering, .. } = *interaction;
@@ -337,7 +357,7 @@ fn surface<K: TreeKernels>(
             }
             Crossing::Surface(_) => return true,
             Crossing::Nothing => {
-                pass(&hit);
+                recorder.pass(scene, &hit);
                 // On with the same ray: nothing is computed anew.
                 ray.t_min = hit.t + slack;
                 *media = *behind;

@@ -30,7 +30,7 @@ pub struct RayTree {
 }
 
 /// What a ray is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RayKind {
     /// From the eye.
@@ -165,16 +165,6 @@ pub struct Cut {
     pub weight: f64,
     /// Whether the path is as long as it may be; else it weighs too little.
     pub depth: bool,
-}
-
-impl Branch {
-    /// Mirrored before refracted ones, and both together before either.
-    pub(super) fn kind(&self) -> Option<RayKind> {
-        match self {
-            Branch::Ray(ray) => Some(ray.kind),
-            Branch::Cut(cut) => cut.kind,
-        }
-    }
 }
 
 impl RayTree {

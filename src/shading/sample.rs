@@ -42,7 +42,7 @@ pub struct Sample {
     pub surface: u32,
     /// Unit normal there in world space, on the viewer's side; 0 where it meets nothing.
     pub normal: Vec3,
-    /// Hash of all surfaces that the ray tree meets: samples of equal trees differ smoothly.
+    /// Hash of all surfaces that the ray tree meets, in order: samples of equal trees differ smoothly.
     pub tree: u32,
     /// About the rays that it takes: one a path, and one a light wherever that meets a surface.
     pub cost: u32,
@@ -56,10 +56,10 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Notes a surface that the ray tree meets: its object, which way light comes from there, and the normal on the
-    /// viewer's side if that is where the camera ray ends.
+    /// Notes a surface that the ray tree meets: its object, and its normal on the viewer's side if that is where the
+    /// camera ray ends.
     #[inline(always)]
-    pub(super) fn meet(&mut self, object: u32, way: u32, normal: Option<DVec3>, lights: usize) {
+    pub(super) fn meet(&mut self, object: u32, normal: Option<DVec3>, lights: usize) {
         self.cost += 1 + lights as u32;
         // The parts of a mesh are told apart by their normals.
         let surface = object + 1;
@@ -67,7 +67,6 @@ impl Sample {
             self.surface = surface;
             self.normal = normal.as_vec3();
         }
-        // A sum, since in which order surfaces are met is of no interest.
-        self.tree = self.tree.wrapping_add(lowbias32(lowbias32(way).wrapping_add(surface)));
+        self.tree = lowbias32(self.tree.wrapping_mul(31).wrapping_add(surface));
     }
 }

@@ -101,21 +101,21 @@ impl RayPacket {
         self.first(self.count)
     }
 
-    /// Takes rays of two other packets, in this order: the number of each in its packet, and 256 more in the second.
-    pub fn take(&mut self, from: [&Self; 2], picks: &[u16]) {
-        let pick = |to: &mut Doubles, from: [&Doubles; 2]| {
-            for (to, &pick) in to.0.iter_mut().zip(picks) {
-                *to = from[usize::from(pick) / PACKET & 1].0[usize::from(pick) & (PACKET - 1)];
+    /// Takes some rays of another packet, in this order.
+    pub fn take(&mut self, from: &Self, order: &[u16]) {
+        let pick = |to: &mut Doubles, from: &Doubles| {
+            for (to, &number) in to.0.iter_mut().zip(order) {
+                *to = from.0[usize::from(number) & (PACKET - 1)];
             }
         };
-        let (to, from) = (&mut self.rows, from.map(|packet| &packet.rows));
+        let (to, from) = (&mut self.rows, &from.rows);
         for axis in 0..3 {
-            pick(&mut to.origin[axis], from.map(|rows| &rows.origin[axis]));
-            pick(&mut to.direction[axis], from.map(|rows| &rows.direction[axis]));
+            pick(&mut to.origin[axis], &from.origin[axis]);
+            pick(&mut to.direction[axis], &from.direction[axis]);
         }
-        pick(&mut to.t_min, from.map(|rows| &rows.t_min));
-        pick(&mut to.t_max, from.map(|rows| &rows.t_max));
-        self.set_len(picks.len());
+        pick(&mut to.t_min, &from.t_min);
+        pick(&mut to.t_max, &from.t_max);
+        self.set_len(order.len());
     }
 
     /// Keeps these rays only; their numbers rise.
