@@ -3,11 +3,11 @@
 use super::control::{Control, Wait};
 use super::event::TileStats;
 use super::map::Window;
-use super::tile::{Tile, film_point};
+use super::points::FilmPoints;
+use super::tile::Tile;
 use crate::description::Filter;
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Sampler, Scratch};
-use glam::DVec2;
 use std::time::{Duration, Instant};
 
 /// Samples that are traced together: enough for packets of rays, few enough to stay in the cache. (Refined to 1.2
@@ -18,8 +18,7 @@ pub const BATCH: usize = 256;
 /// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
-    /// On the film.
-    points: Vec<DVec2>,
+    points: FilmPoints,
     /// The pixels that they belong to, one after the other.
     runs: Vec<Run>,
     samples: Vec<Sample>,
@@ -132,8 +131,7 @@ impl Work<'_> {
                 let mut next = before;
                 while next < after {
                     let count = (after - next).min((BATCH - self.batch.points.len()) as u32);
-                    let filter = self.tracer.filter;
-                    self.batch.points.extend((next..next + count).map(|index| film_point(filter, x, y, index)));
+                    (next..next + count).for_each(|index| self.batch.points.push(x, y, index));
                     self.batch.runs.push(Run { tile: number, at, count });
                     next += count;
                     if self.batch.points.len() == BATCH {
@@ -151,13 +149,14 @@ impl Work<'_> {
 
     /// Traces the samples that wait, and adds them in their order.
     fn trace(&mut self, tiles: &mut [Tile]) -> Traced {
-        let Self { tracer: Tracer { scene, sampler, control, differences, .. }, batch, stats, start } = self;
-        batch.samples.resize(batch.points.len(), Sample::default());
+        let Self { tracer: Tracer { scene, sampler, filter, control, differences }, batch, stats, start } = self;
+        let points = batch.points.find(scene, *filter);
+        batch.samples.resize(points.len(), Sample::default());
         stats.rays += loop {
             control.look_at_the_clock();
             let began = control.changes();
             let mut rays = RayCounts::default();
-            sampler(scene, &batch.points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
+            sampler(scene, points, &mut batch.samples, &mut rays, &mut batch.scratch, control.stop());
             if control.undisturbed(began) {
                 break rays;
             }

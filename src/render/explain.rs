@@ -1,7 +1,7 @@
 //! Why a pixel has its colour: its samples again, one of them ray by ray.
 
 use super::pixel::Pixel;
-use super::tile::film_point;
+use super::points::film_point;
 use crate::description::SceneDesc;
 use crate::math::{Rgb, linear_to_srgb8};
 use crate::scene::Scene;

@@ -9,10 +9,8 @@ use super::pixel::Pixel;
 use super::rect::Rect;
 use super::round::{Round, Seen, share_gained};
 use super::scatter::{JUDGED, Scatter};
-use crate::description::Filter;
-use crate::math::{linear_to_srgb_by_roots, sample_in_pixel, tent};
+use crate::math::linear_to_srgb_by_roots;
 use crate::shading::Sample;
-use glam::DVec2;
 
 /// Row and column of the pixels of a tile in blocks of 8 by 8, so that rays traced together are close together.
 pub fn blocks(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
@@ -313,18 +311,6 @@ fn spread<T: Copy + Default>(coarse: &[T], coarse_columns: u32, (columns, rows):
         }
     }
     fine
-}
-
-/// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the
-/// pixel's middle.
-pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
-    let (u, v) = sample_in_pixel(x, y, index);
-    let (u, v) = match filter {
-        None => (0.5, 0.5),
-        Some(Filter::Box) => (u, v),
-        Some(Filter::Tent) => (tent(u), tent(v)),
-    };
-    DVec2::new(f64::from(x) + u, f64::from(y) + v)
 }
 
 /// Whether tiles of this side start on the coarsest lattice.

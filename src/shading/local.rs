@@ -8,6 +8,7 @@
 
 use super::crossing::{Crossing, cross, slack};
 use super::lit::{Respond, Shine};
+use super::media::Media;
 use super::packet::{Level, Lighting, Path};
 use super::record::Recorder;
 use super::sampler::terms;
@@ -24,7 +25,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scene: &Scene,
     rows: &SurfaceRows,
     lighting: &mut Lighting,
-    level: &Level,
+    (level, media): (&Level, &Media),
     packets: &mut PacketScratch,
     recorder: &mut R,
     stop: &AtomicBool,
@@ -38,7 +39,7 @@ pub(super) fn add_lights<K: TreeKernels, const TERMS: u8, R: Recorder>(
         if TERMS & terms::SHADOWS != 0 {
             traced += lighting.asked.len() as u64;
             if TERMS & terms::GLASS != 0 && scene.has_media() && scene.render.shadows == Shadows::Filtered {
-                lighting.filter::<K>(scene, rows, &level.media, packets, stop);
+                lighting.filter::<K>(scene, rows, (&level.paths, media), packets, stop);
             } else {
                 lighting.occlude::<K>(scene, packets);
             }
@@ -106,21 +107,21 @@ impl Lighting {
         }
     }
 
-    /// Weakens the beams that pass transparent surfaces by the product of their k_t. `media`: around the packet's rays.
+    /// Weakens the beams that pass transparent surfaces by the product of their k_t. `paths`: those of the packet, and what they may be in.
     #[inline(never)]
     fn filter<K: TreeKernels>(
         &mut self,
         scene: &Scene,
         rows: &SurfaceRows,
-        media: &[MediumStack],
+        (paths, media): (&[Path], &Media),
         packets: &mut PacketScratch,
         stop: &AtomicBool,
     ) {
         let Self { beams, asked, inside, ways, glass: hits, .. } = self;
-        let media = |slot: u16| &media[usize::from(rows.ray[usize::from(slot)])];
+        let number = |slot: u16| paths[usize::from(rows.ray[usize::from(slot)])].media;
         ways.resize(asked.len(), Way::Unknown);
         inside.clear();
-        inside.extend(asked.iter().map(|&slot| media(slot).inside()));
+        inside.extend(asked.iter().map(|&slot| media.facts(number(slot)).inside));
         scene.look_along_packet::<K>(&beams.shadow_rays.all(), inside, ways, packets);
         for (k, (&slot, way)) in asked.iter().zip(&*ways).enumerate() {
             if stop.load(Ordering::Relaxed) {
@@ -144,7 +145,7 @@ impl Lighting {
             if !reached {
                 *part = 0.0;
             } else if !hits.is_empty() {
-                *part = transmittance::<K>(scene, ray, *media(slot), hits);
+                *part = transmittance::<K>(scene, ray, *media.stack(number(slot)), hits);
             }
         }
     }

@@ -12,6 +12,7 @@
 mod crossing;
 mod lit;
 mod local;
+mod media;
 mod onward;
 mod packet;
 mod probe;

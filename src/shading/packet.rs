@@ -1,12 +1,13 @@
 //! Room for packets of rays and what they meet.
 
 use super::lit::{Beams, Lit};
+use super::media::Media;
 use super::onward::Onward;
 use super::tail::Tail;
 use crate::bvh::{PACKET, RayPacket};
 use crate::geometry::Hit;
 use crate::math::Rgb;
-use crate::scene::{Inside, MediumStack, PacketScratch, Surfaces, Way};
+use crate::scene::{Inside, PacketScratch, Surfaces, Way};
 use glam::DVec3;
 
 /// Room that tracing needs; kept by whoever traces, so that tracing takes no memory once the room has grown.
@@ -16,6 +17,7 @@ pub struct Scratch<R = ()> {
     pub(super) levels: Vec<Level>,
     pub(super) lighting: Lighting,
     pub(super) onward: Box<Onward>,
+    pub(super) media: Media,
     pub(super) packets: PacketScratch,
     pub(super) surfaces: Surfaces,
     /// One a sample.
@@ -29,6 +31,8 @@ pub struct Scratch<R = ()> {
 pub(super) struct Path {
     /// The sample that it serves.
     pub sample: u32,
+    /// What it starts in, as a number in [`Media`]; means nothing in scenes without glass.
+    pub media: u32,
     /// The ray that it comes from, in the packet one level up.
     pub parent: u32,
     /// Weight in the radiance of that ray.
@@ -38,7 +42,7 @@ pub(super) struct Path {
 }
 
 impl Path {
-    const NONE: Self = Self { sample: 0, parent: 0, share: 0.0, weight: 0.0 };
+    const NONE: Self = Self { sample: 0, media: 0, parent: 0, share: 0.0, weight: 0.0 };
 }
 
 /// Rays of one depth and what comes back along them.
@@ -49,11 +53,10 @@ pub(super) struct Level {
     /// How many come before.
     pub outside: usize,
     pub paths: Vec<Path>,
-    /// The transparent bodies that each ray starts in; empty in scenes without.
-    pub media: Vec<MediumStack>,
     pub hits: Vec<Option<Hit>>,
-    /// The transparent bodies behind the surface that each ray ends on, if light gets there; empty in scenes without.
-    pub beyond: Vec<Option<MediumStack>>,
+    /// What is behind the surface that each ray ends on, if light gets there, as a number in [`Media`]; empty in scenes
+    /// without glass.
+    pub beyond: Vec<Option<u32>>,
     /// Radiance along each ray, as far as it is known.
     pub sums: Vec<Rgb>,
     pub reflected: Branches,
@@ -70,8 +73,6 @@ pub(super) struct Branches {
     /// As they come in, until [`Branches::sort`].
     paths: Vec<Path>,
     sorted: Vec<Path>,
-    /// As in [`Level::media`].
-    media: Vec<MediumStack>,
     /// The slots of the surfaces that they come from, as they come in.
     slots: Vec<u16>,
     /// The same in order.
@@ -113,6 +114,7 @@ impl<R> Scratch<R> {
             levels: Vec::new(),
             lighting: Lighting::default(),
             onward: Box::default(),
+            media: Media::default(),
             packets: PacketScratch::default(),
             surfaces: Surfaces::default(),
             tails: Vec::new(),
@@ -127,7 +129,6 @@ impl Default for Level {
             rays: Box::default(),
             outside: 0,
             paths: Vec::with_capacity(PACKET),
-            media: Vec::new(),
             hits: Vec::new(),
             beyond: Vec::new(),
             sums: Vec::new(),
@@ -145,7 +146,6 @@ impl Default for Branches {
             outside: 0,
             paths: Vec::with_capacity(PACKET),
             sorted: Vec::with_capacity(PACKET),
-            media: Vec::new(),
             slots: Vec::with_capacity(PACKET),
             order: Vec::with_capacity(PACKET),
             kinds: Vec::with_capacity(PACKET),
@@ -158,7 +158,6 @@ impl Level {
     pub fn clear(&mut self) {
         self.rays.set_len(0);
         self.paths.clear();
-        self.media.clear();
     }
 
     /// Takes all branches as its packet.
@@ -166,7 +165,6 @@ impl Level {
         self.outside = branches.outside;
         std::mem::swap(&mut self.rays, &mut branches.rays);
         std::mem::swap(&mut self.paths, &mut branches.sorted);
-        std::mem::swap(&mut self.media, &mut branches.media);
     }
 }
 
@@ -182,7 +180,6 @@ impl Branches {
         self.outside = 0;
         self.paths.clear();
         self.sorted.clear();
-        self.media.clear();
         self.slots.clear();
         self.kinds.clear();
     }
@@ -195,8 +192,8 @@ impl Branches {
         self.kinds.push(if inside { INSIDE } else { octant(direction) });
     }
 
-    /// Brings them in order. `rays`: those of all slots; `media`: what each starts in, by its parent.
-    pub fn sort<'a>(&mut self, rays: &RayPacket, media: impl Fn(usize) -> Option<&'a MediumStack>) {
+    /// Brings them in order. `rays`: those of all slots.
+    pub fn sort(&mut self, rays: &RayPacket) {
         let mut counts = [0; 9];
         for &kind in &self.kinds {
             counts[usize::from(kind)] += 1;
@@ -215,7 +212,6 @@ impl Branches {
             *at += 1;
         }
         self.rays.take(rays, &self.order);
-        self.media.extend(self.sorted.iter().filter_map(|path| media(path.parent as usize)));
     }
 
     /// Drops the branches whose paths are not worth it.
@@ -227,10 +223,8 @@ impl Branches {
             self.rays.keep(&self.order);
             for (to, &number) in self.order.iter().enumerate() {
                 self.sorted[to] = self.sorted[usize::from(number)];
-                self.media[to] = self.media[usize::from(number)];
             }
             self.sorted.truncate(self.order.len());
-            self.media.truncate(self.order.len());
         }
     }
 }

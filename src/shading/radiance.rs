@@ -3,6 +3,7 @@
 use super::crossing::{Crossing, cross, slack};
 use super::lit::Begin;
 use super::local::add_lights;
+use super::media::Media;
 use super::onward::Onward;
 use super::packet::{Level, Lighting, Path, Scratch};
 use super::ray_tree::{Cut, RayKind};
@@ -13,7 +14,7 @@ use super::tail::Tail;
 use crate::bvh::{PACKET, TreeKernels};
 use crate::geometry::{Ray, SurfaceInteraction};
 use crate::math::Rgb;
-use crate::scene::{MediumStack, PacketScratch, Scene, Surfaces};
+use crate::scene::{Inside, MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -41,7 +42,7 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     scratch: &mut Scratch<R>,
     stop: &AtomicBool,
 ) {
-    let Scratch { levels, lighting, onward, packets, surfaces, tails, recorder } = scratch;
+    let Scratch { levels, lighting, onward, media, packets, surfaces, tails, recorder } = scratch;
     let depths = if TERMS & terms::MIRRORS != 0 { scene.render.max_depth as usize + 1 } else { 1 };
     if levels.len() < depths {
         levels.resize_with(depths, Level::default);
@@ -59,16 +60,21 @@ fn trace_packet<K: TreeKernels, const TERMS: u8, R: Recorder>(
     let first = &mut levels[0];
     first.clear();
     scene.primary_rays(K::T_MIN, points, &mut first.rays);
-    for sample in 0..points.len() {
+    media.clear();
+    for (number, sample) in samples.iter_mut().enumerate() {
+        let mut path = Path { sample: number as u32, media: 0, parent: 0, share: 1.0, weight: 1.0 };
         if TERMS & terms::GLASS != 0 {
-            first.media.push(scene.media_at_start(first.rays.ray(sample).origin));
+            let around = scene.media_at_start(first.rays.ray(number).origin);
+            sample.overfull = around.is_overfull();
+            path.media = media.add::<K>(scene, &around);
         }
-        first.paths.push(Path { sample: sample as u32, parent: 0, share: 1.0, weight: 1.0 });
+        first.paths.push(path);
     }
     first.outside = points.len();
     counts.camera += points.len() as u64;
-    let mut tracer = Tracer { scene, samples, counts, lighting, onward, packets, surfaces, tails, recorder, stop };
-    tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0]);
+    let mut tracer =
+        Tracer { scene, samples, counts, lighting, onward, media, packets, surfaces, tails, recorder, stop };
+    tracer.recorder.begin::<K>(scene, RayKind::Camera, &levels[0], tracer.media);
     tracer.radiance::<K, TERMS>(&mut levels[..depths], 0);
     tracer.recorder.end(&levels[0]);
     for (sample, &sum) in samples.iter_mut().zip(&levels[0].sums) {
@@ -91,6 +97,7 @@ struct Tracer<'a, R> {
     counts: &'a mut RayCounts,
     lighting: &'a mut Lighting,
     onward: &'a mut Onward,
+    media: &'a mut Media,
     packets: &'a mut PacketScratch,
     surfaces: &'a mut Surfaces,
     /// Empty if nothing that matters is cut.
@@ -120,8 +127,15 @@ impl<R: Recorder> Tracer<'_, R> {
             self.branch::<K, TERMS>(level, depth);
         }
         let (rows, lighting) = (self.surfaces.rows(), &mut *self.lighting);
-        self.counts.shadow +=
-            add_lights::<K, TERMS, R>(self.scene, rows, lighting, level, self.packets, self.recorder, self.stop);
+        self.counts.shadow += add_lights::<K, TERMS, R>(
+            self.scene,
+            rows,
+            lighting,
+            (level, self.media),
+            self.packets,
+            self.recorder,
+            self.stop,
+        );
         for (slot, &ray) in rows.ray[..rows.count].iter().enumerate() {
             level.sums[usize::from(ray)] = lighting.lit.sum(slot);
         }
@@ -153,7 +167,8 @@ impl<R: Recorder> Tracer<'_, R> {
         scene.intersect_packet::<K>(&level.rays.first(outside), &mut level.hits[..outside], self.packets);
         for number in outside..level.rays.len() {
             let ray = &level.rays.ray(number);
-            let exit = level.media[number].only().and_then(|body| scene.exit::<K>(ray, body));
+            let inside = self.media.facts(level.paths[number].media).inside;
+            let exit = if let Inside::One(body) = inside { scene.exit::<K>(ray, body) } else { None };
             level.hits[number] = exit.or_else(|| scene.intersect::<K>(ray));
         }
     }
@@ -169,7 +184,7 @@ impl<R: Recorder> Tracer<'_, R> {
         levels: &mut [Level],
         depth: u32,
     ) {
-        self.recorder.begin::<K>(self.scene, kind, &levels[0]);
+        self.recorder.begin::<K>(self.scene, kind, &levels[0], self.media);
         self.radiance::<K, TERMS>(levels, depth);
         self.recorder.end(&levels[0]);
         for (path, &sum) in levels[0].paths.iter().zip(&levels[0].sums) {
@@ -184,22 +199,23 @@ impl<R: Recorder> Tracer<'_, R> {
         let scene = self.scene;
         level.beyond.clear();
         level.beyond.resize(level.rays.len(), None);
-        for (media, path) in level.media.iter().zip(&level.paths) {
-            self.samples[path.sample as usize].overfull |= media.is_overfull();
-        }
         for slot in 0..self.surfaces.rows().count {
             let rows = self.surfaces.rows();
             let index = usize::from(rows.ray[slot]);
             let is_glass = rows.material(scene, slot).is_some_and(|material| material.transmit != 0.0);
             let Some(hit) = level.hits[index].filter(|_| is_glass) else { continue };
             let mut interaction = self.surfaces.get(slot, &hit);
-            let (mut ray, media) = (level.rays.ray(index), &mut level.media[index]);
-            let beyond = &mut level.beyond[index];
-            let ends = surface::<K, R>(scene, &mut ray, &mut interaction, media, beyond, self.recorder);
+            let path = &mut level.paths[index];
+            let (mut ray, mut media, mut beyond) = (level.rays.ray(index), *self.media.stack(path.media), None);
+            let ends = surface::<K, R>(scene, &mut ray, &mut interaction, &mut media, &mut beyond, self.recorder);
             level.hits[index] = ends.then_some(interaction.hit);
             self.surfaces.set(slot, ends.then_some(&interaction));
             let overfull = media.is_overfull() || beyond.is_some_and(|beyond| beyond.is_overfull());
-            self.samples[level.paths[index].sample as usize].overfull |= overfull;
+            self.samples[path.sample as usize].overfull |= overfull;
+            if media != *self.media.stack(path.media) {
+                path.media = self.media.add::<K>(scene, &media);
+            }
+            level.beyond[index] = beyond.map(|beyond| self.media.add::<K>(scene, &beyond));
         }
     }
 
@@ -243,7 +259,7 @@ impl<R: Recorder> Tracer<'_, R> {
         for slot in 0..if R::LISTENS { rows.count } else { 0 } {
             let index = usize::from(rows.ray[slot]);
             let Some(hit) = &level.hits[index] else { continue };
-            let beyond = level.beyond.get(index).and_then(Option::as_ref);
+            let beyond = level.beyond.get(index).copied().flatten().map(|beyond| self.media.stack(beyond));
             self.recorder.meet(scene, &self.surfaces.get(slot, hit), lit.get(slot).color, lit.sum(slot), beyond);
         }
     }
@@ -259,9 +275,11 @@ impl<R: Recorder> Tracer<'_, R> {
         for k in 0..self.onward.slots.len() {
             let slot = usize::from(self.onward.slots[k]);
             let number = usize::from(rows.ray[slot]);
-            let before = || level.media.get(number).map_or(scene.world.ior, |media| media.ior(scene));
-            if let Some(beyond) = level.beyond.get(number).and_then(Option::as_ref) {
-                self.onward.put_glass(slot, before() / beyond.ior(scene));
+            let is_in_media = TERMS & terms::GLASS != 0;
+            let media = &*self.media;
+            let before = || if is_in_media { media.facts(level.paths[number].media).ior } else { scene.world.ior };
+            if let Some(beyond) = level.beyond.get(number).copied().flatten() {
+                self.onward.put_glass(slot, before() / media.facts(beyond).ior);
                 is_glass = true;
             } else if let Some(material) = rows.material(scene, slot).filter(|material| material.fresnel) {
                 self.onward.put_varnish(slot, before() / material.ior);
@@ -275,34 +293,37 @@ impl<R: Recorder> Tracer<'_, R> {
             let slot = usize::from(self.onward.slots[k]);
             let index = self.surfaces.rows().ray[slot];
             let number = usize::from(index);
-            let Path { sample, weight, .. } = level.paths[number];
+            let Path { sample, media, weight, .. } = level.paths[number];
             if let Some(tail) = self.tails.get_mut(sample as usize) {
                 tail.send_on(self.onward.gain(slot));
             }
-            let beyond = level.beyond.get(number).and_then(Option::as_ref);
             let mirrored = self.onward.mirrored(slot);
+            let beyond = level.beyond.get(number).copied().flatten();
             let transmit = self.onward.refracted(slot).filter(|_| is_glass).zip(beyond);
             // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without
             // end.
             let gain = (mirrored + transmit.map_or(0.0, |(weight, _)| weight)).max(1.0);
-            let path = |share: f64| Path { sample, parent: index.into(), share, weight: weight * (share / gain) };
-            // Whether a ray has only to find the way out of a body.
-            let inside = |media: &MediumStack| media.only().is_some_and(|body| scene.is_free::<K>(body));
-            let onward = path(mirrored);
-            if self.worth_it(&onward, RayKind::Reflection) {
-                let media = level.media.get(number);
-                let direction = self.onward.mirrored_rays().ray(slot).direction;
-                level.reflected.push(slot, direction, onward, media.is_some_and(inside));
-            }
+            let path = |share: f64, media: u32| Path {
+                sample,
+                media,
+                parent: index.into(),
+                share,
+                weight: weight * (share / gain),
+            };
+            let is_free = |media: u32| TERMS & terms::GLASS != 0 && self.media.facts(media).is_free;
             if let Some((share, beyond)) = transmit {
                 let direction = self.onward.refracted_rays().ray(slot).direction;
-                level.refracted.push(slot, direction, path(share), inside(beyond));
+                level.refracted.push(slot, direction, path(share, beyond), is_free(beyond));
+            }
+            let (onward, is_free) = (path(mirrored, media), is_free(media));
+            if self.worth_it(&onward, RayKind::Reflection) {
+                let direction = self.onward.mirrored_rays().ray(slot).direction;
+                level.reflected.push(slot, direction, onward, is_free);
             }
         }
-        let Level { reflected, refracted, media, beyond, .. } = level;
-        reflected.sort(self.onward.mirrored_rays(), |parent| media.get(parent));
+        level.reflected.sort(self.onward.mirrored_rays());
         if is_glass {
-            refracted.sort(self.onward.refracted_rays(), |parent| beyond[parent].as_ref());
+            level.refracted.sort(self.onward.refracted_rays());
         }
     }
 

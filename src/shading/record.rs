@@ -1,5 +1,6 @@
 //! Who listens while rays are traced.
 
+use super::media::Media;
 use super::packet::{Level, Lighting};
 use super::ray_tree::{Branch, Coefficients, Cut, End, LightTerm, Medium, Passed, RayKind, RayTree, SurfaceTerms};
 use super::sampler::terms;
@@ -16,7 +17,7 @@ pub(super) trait Recorder {
     const LISTENS: bool = true;
 
     /// A packet is about to be traced.
-    fn begin<K: TreeKernels>(&mut self, _scene: &Scene, _kind: RayKind, _level: &Level) {}
+    fn begin<K: TreeKernels>(&mut self, _scene: &Scene, _kind: RayKind, _level: &Level, _media: &Media) {}
     /// A surface is passed that changes nothing.
     fn pass(&mut self, _scene: &Scene, _hit: &Hit) {}
     /// A ray ends on a surface of this colour; `ambient` is the first of its terms, `beyond` what light comes to behind
@@ -90,7 +91,7 @@ impl<'a> TreeRecorder<'a> {
 }
 
 impl Recorder for TreeRecorder<'_> {
-    fn begin<K: TreeKernels>(&mut self, scene: &Scene, kind: RayKind, level: &Level) {
+    fn begin<K: TreeKernels>(&mut self, scene: &Scene, kind: RayKind, level: &Level, media: &Media) {
         let [path] = &*level.paths else { return };
         let ray = level.rays.ray(0);
         self.open.push(RayTree {
@@ -99,7 +100,7 @@ impl Recorder for TreeRecorder<'_> {
             direction: ray.direction.to_array(),
             share: path.share,
             weight: path.weight,
-            medium: self.medium(scene, level.media.first()),
+            medium: self.medium(scene, media.get(path.media)),
             visits: scene.visits::<K>(&ray, false),
             passed: Vec::new(),
             end: End::Background,

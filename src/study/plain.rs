@@ -1,7 +1,7 @@
 //! The plainest renderer that traces the same samples: what progressiveness and streaming are measured against.
 
 use crate::math::Rgb;
-use crate::render::{BATCH, Film, Rect, blocks, film_point};
+use crate::render::{BATCH, Film, FilmPoints, Rect, blocks};
 use crate::scene::Scene;
 use crate::shading::{RayCounts, Sample, Scratch, sampler};
 use std::num::NonZeroUsize;
@@ -42,7 +42,7 @@ struct Worker<'a> {
     /// Pixels of the tile in blocks, and the sums and numbers of their samples.
     pixels: Vec<(u32, u32)>,
     sums: Vec<(Rgb, u32)>,
-    points: Vec<glam::DVec2>,
+    points: FilmPoints,
     /// The pixel that each point belongs to.
     owners: Vec<usize>,
     samples: Vec<Sample>,
@@ -55,7 +55,7 @@ impl<'a> Worker<'a> {
             scene,
             pixels: Vec::new(),
             sums: Vec::new(),
-            points: Vec::new(),
+            points: FilmPoints::default(),
             owners: Vec::new(),
             samples: vec![Sample::default(); BATCH],
             scratch: Scratch::default(),
@@ -70,7 +70,7 @@ impl<'a> Worker<'a> {
         for pixel in 0..self.pixels.len() {
             let (x, y) = self.pixels[pixel];
             for index in 0..self.scene.render.samples {
-                self.points.push(film_point(Some(self.scene.render.filter), x, y, index));
+                self.points.push(x, y, index);
                 self.owners.push(pixel);
                 if self.points.len() == BATCH {
                     self.flush();
@@ -81,9 +81,10 @@ impl<'a> Worker<'a> {
     }
 
     fn flush(&mut self) {
-        let samples = &mut self.samples[..self.points.len()];
+        let points = self.points.find(self.scene, Some(self.scene.render.filter));
+        let samples = &mut self.samples[..points.len()];
         let (mut rays, never) = (RayCounts::default(), AtomicBool::new(false));
-        sampler(self.scene)(self.scene, &self.points, samples, &mut rays, &mut self.scratch, &never);
+        sampler(self.scene)(self.scene, points, samples, &mut rays, &mut self.scratch, &never);
         for (&pixel, sample) in self.owners.iter().zip(&*samples).filter(|(_, sample)| sample.radiance.is_finite()) {
             self.sums[pixel].0 += sample.radiance;
             self.sums[pixel].1 += 1;
