@@ -425,7 +425,7 @@ mod tests {
         let hits: Vec<Option<Hit>> = (0..N)
             .map(|_| {
                 // Now and then another one.
-                if random.next_u64() % 9 == 0 {
+                if random.next_u64().is_multiple_of(9) {
                     number = random.next_u64() as usize % objects.len();
                 }
                 let shape = &objects[number].shape;

@@ -18,6 +18,8 @@ use std::ops::Range;
 #[repr(align(64))]
 pub(super) struct Lit {
     pub count: usize,
+    /// Runs of surfaces that are alike in whether they have highlights, one after the other.
+    runs: Vec<(Range<usize>, bool)>,
     /// C
     pub color: [[f64; SLOTS]; 3],
     /// k_a
@@ -46,6 +48,7 @@ impl Default for Lit {
         let zero = [0.0; SLOTS];
         Self {
             count: 0,
+            runs: Vec::new(),
             color: [zero; 3],
             ambient: zero,
             diffuse: zero,
@@ -182,8 +185,18 @@ fn put_color(to: &mut [[f64; SLOTS]; 3], i: usize, c: Rgb) {
 }
 
 impl Lit {
-    /// Says what the surfaces in some slots are made of; `None`: they are not there.
+    /// Forgets all surfaces.
+    pub fn clear(&mut self) {
+        self.runs.clear();
+    }
+
+    /// Says what the surfaces in the next slots are made of; `None`: they are not there.
     pub fn made_of(&mut self, slots: Range<usize>, material: Option<&Material>) {
+        let shine = material.is_some_and(|material| material.specular > 0.0);
+        match self.runs.last_mut() {
+            Some((last, of_last)) if *of_last == shine => last.end = slots.end,
+            _ => self.runs.push((slots.clone(), shine)),
+        }
         let of = |coefficient: fn(&Material) -> f64| material.map_or(0.0, coefficient);
         self.ambient[slots.clone()].fill(of(|m| m.ambient));
         self.diffuse[slots.clone()].fill(of(|m| m.diffuse));
@@ -342,12 +355,25 @@ impl<K: TreeKernels, const TERMS: u8> Task for Respond<K, TERMS> {
 
     #[inline(always)]
     fn run(self, beams: &Beams, lit: &mut Lit) {
-        for i in 0..lit.count.min(PACKET) {
-            let (surface, beam, sum) = (lit.get(i), beams.get(i), color(&lit.sums, i));
-            let response = surface.response::<K, TERMS>(&beam);
-            // Not 0 times what arrives, which may be infinite.
-            let added = if beam.part != 0.0 { sum + response } else { sum };
-            put_color(&mut lit.sums, i, added);
+        for run in 0..lit.runs.len() {
+            let (slots, shine) = lit.runs[run].clone();
+            // Powers only where there are highlights.
+            if shine && TERMS & terms::HIGHLIGHTS != 0 {
+                respond::<K, TERMS>(slots, beams, lit);
+            } else {
+                respond::<K, 0>(slots, beams, lit);
+            }
         }
+    }
+}
+
+#[inline(always)]
+fn respond<K: TreeKernels, const TERMS: u8>(slots: Range<usize>, beams: &Beams, lit: &mut Lit) {
+    for i in slots.start..slots.end.min(PACKET) {
+        let (surface, beam, sum) = (lit.get(i), beams.get(i), color(&lit.sums, i));
+        let response = surface.response::<K, TERMS>(&beam);
+        // Not 0 times what arrives, which may be infinite.
+        let added = if beam.part != 0.0 { sum + response } else { sum };
+        put_color(&mut lit.sums, i, added);
     }
 }

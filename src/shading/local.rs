@@ -128,19 +128,24 @@ impl Lighting {
                 return;
             }
             let part = &mut beams.part[usize::from(slot)];
-            let ray = beams.shadow_rays.ray(k);
-            let reached = match way {
+            match way {
                 Way::Clear => continue,
-                Way::Blocked => false,
+                Way::Blocked => {
+                    *part = 0.0;
+                    continue;
+                }
                 Way::Part(through) => {
                     *part = *through;
                     continue;
                 }
-                Way::Glass => {
-                    scene.glass_along::<K>(&ray, hits);
-                    true
-                }
-                Way::Unknown => !scene.blocked::<K>(&ray, hits),
+                Way::Glass | Way::Unknown => {}
+            }
+            let ray = beams.shadow_rays.ray(k);
+            let reached = if *way == Way::Glass {
+                scene.glass_along::<K>(&ray, hits);
+                true
+            } else {
+                !scene.blocked::<K>(&ray, hits)
             };
             if !reached {
                 *part = 0.0;

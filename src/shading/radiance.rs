@@ -234,6 +234,7 @@ impl<R: Recorder> Tracer<'_, R> {
     fn meet<const TERMS: u8>(&mut self, level: &mut Level, depth: u32) {
         let (scene, lit) = (self.scene, &mut *self.lighting.lit);
         self.onward.slots.clear();
+        lit.clear();
         let mut start = 0;
         while start < self.surfaces.rows().count {
             let slots = self.surfaces.rows().alike(start);
