@@ -167,14 +167,17 @@ impl<K: TreeKernels, const SEARCH: u8> Crowd<'_, K, SEARCH> {
         for i in 0..filled {
             packet.near[i] = asked.contains(i).into();
         }
-        let mut through = RaySet::NONE;
+        let (tree, mut through) = (&scene.geometry.tree, RaySet::NONE);
         match &object.shape {
-            Shape::Mesh(mesh) if is_glass => packet.look_along_mesh::<K>(filled, object, mesh, |i| through.insert(i)),
-            Shape::Mesh(mesh) if SEARCH == CLOSEST => packet.meet_mesh::<K, false>(filled, index, object, mesh),
-            Shape::Mesh(mesh) => packet.meet_mesh::<K, true>(filled, index, object, mesh),
+            Shape::Mesh(mesh) if is_glass => {
+                packet.look_along_mesh::<K>(tree, filled, object, mesh, |i| through.insert(i));
+            }
+            Shape::Mesh(mesh) if SEARCH == CLOSEST => {
+                packet.meet_mesh::<K, false>(tree, filled, (index, object), mesh);
+            }
+            Shape::Mesh(mesh) => packet.meet_mesh::<K, true>(tree, filled, (index, object), mesh),
             _ => {
                 let Packet { front, near, met, .. } = packet;
-                let tree = &scene.geometry.tree;
                 runs(&near[..filled], |range| {
                     meet_shape::<K>(tree, object, range.clone(), front, met);
                     if is_glass {

@@ -3,9 +3,9 @@
 #![allow(clippy::needless_range_loop)] // Numbers of rays and axes run over several arrays at once.
 
 use super::body::Body;
-use crate::bvh::Task;
+use crate::bvh::{ExactRays, Task};
 use crate::geometry::{Hit, Kernels, Ray};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -103,6 +103,24 @@ pub(super) fn passes(ray: &Ray, centre: DVec3, radius: f64, error: f64) -> bool 
     let past = (f.dot(ray.direction) > 0.0) & (f2 > reach2);
     // NaN passes.
     !((n.length_squared() > reach2 * d2) | past)
+}
+
+/// Brings rays into the space of an object.
+pub(super) struct ToObject {
+    pub range: Range<usize>,
+    pub inverse: DAffine3,
+}
+
+impl Task for ToObject {
+    type Input = Front;
+    type Output = ExactRays;
+
+    #[inline(always)]
+    fn run(self, front: &Front, rays: &mut ExactRays) {
+        for i in self.range.start..self.range.end.min(CAPACITY) {
+            rays.put(i, &front.ray(i).transformed(&self.inverse));
+        }
+    }
 }
 
 /// Finds where rays meet a shape.

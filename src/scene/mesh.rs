@@ -2,7 +2,7 @@
 
 use super::Shell;
 use crate::assets::{ImportReport, Model};
-use crate::bvh::{BvhStats, Isa, PacketRoom, TreeKernels, TriangleHit, Triangles};
+use crate::bvh::{BvhStats, Isa, PacketRoom, Rays, TreeKernels, TriangleHit, Triangles};
 use crate::description::MaterialDesc;
 use crate::geometry::{Aabb, Ray, SurfacePoint, sphere_uv, triangle_surface};
 use crate::workers;
@@ -139,7 +139,7 @@ impl Mesh {
     /// See [`Triangles::intersect_packet`].
     pub(super) fn intersect_packet<K: TreeKernels>(
         &self,
-        rays: &[Ray],
+        rays: &impl Rays,
         room: &mut PacketRoom,
         found: impl FnMut(usize, Option<TriangleHit>),
     ) {
@@ -149,7 +149,7 @@ impl Mesh {
     /// See [`Triangles::occluded_packet`].
     pub(super) fn occluded_packet<K: TreeKernels>(
         &self,
-        rays: &[Ray],
+        rays: &impl Rays,
         room: &mut PacketRoom,
         found: impl FnMut(usize),
     ) {

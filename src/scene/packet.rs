@@ -11,10 +11,10 @@
 
 use super::body::with_body;
 use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
-use super::front::{CAPACITY, DONE, Front, Keep, Meet, Met, Pass};
+use super::front::{CAPACITY, DONE, Front, Keep, Meet, Met, Pass, ToObject};
 use super::through::{Passage, Tally};
 use super::{Inside, Mesh, Object, Scene, Shape};
-use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RaySet, Rays, Room, TreeKernels, TriangleHit};
+use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RayPacket, RaySet, Rays, Room, TreeKernels, TriangleHit};
 use crate::geometry::{Hit, Ray};
 use std::cell::RefCell;
 use std::marker::PhantomData;
@@ -60,12 +60,31 @@ pub(super) struct Packet {
     pub met: Met,
     /// How they pass it.
     pub passages: [Passage; CAPACITY],
-    /// Those that are near a mesh, in its space, and their numbers.
-    rays: Vec<Ray>,
-    numbers: Vec<usize>,
-    in_mesh: PacketRoom,
+    in_mesh: InMesh,
     /// What shadow rays pass.
     pub tally: Tally,
+}
+
+/// The rays of a packet that are near a mesh.
+#[derive(Debug, Default)]
+struct InMesh {
+    /// In its space.
+    rays: Box<RayPacket>,
+    /// Their numbers in the packet.
+    numbers: Vec<u16>,
+    room: PacketRoom,
+}
+
+impl InMesh {
+    /// Takes those of the first `count` rays that are near.
+    fn take(&mut self, tree: &Bvh, count: usize, object: &Object, front: &Front, near: &[u8; CAPACITY]) {
+        let inverse = object.map.inverse;
+        runs(&near[..count], |range| tree.run(ToObject { range, inverse }, front, &mut self.rays.rows));
+        self.numbers.clear();
+        self.numbers.extend((0..).zip(&near[..count]).filter(|(_, near)| **near != 0).map(|(number, _)| number));
+        self.rays.set_len(count);
+        self.rays.keep(&self.numbers);
+    }
 }
 
 impl Packet {
@@ -87,9 +106,7 @@ impl Packet {
             near: [0; CAPACITY],
             met: Met { t: zero, primitive: none },
             passages: [Passage::Misses; CAPACITY],
-            rays: Vec::with_capacity(CAPACITY),
-            numbers: Vec::with_capacity(CAPACITY),
-            in_mesh: PacketRoom::default(),
+            in_mesh: InMesh::default(),
             tally: Tally::NEW,
         })
     }
@@ -140,71 +157,59 @@ impl Packet {
         Some(Hit { t: t[i], object: object[i], primitive: primitive[i], u, v })
     }
 
-    /// Meets a mesh with the rays that are near, as many at a time as its tree takes.
+    /// Meets a mesh with those of the first `count` rays that are near. `tree`: the scene's.
     pub fn meet_mesh<K: TreeKernels, const ANY_HIT: bool>(
         &mut self,
+        tree: &Bvh,
         count: usize,
-        index: u32,
-        object: &Object,
+        (index, object): (u32, &Object),
         mesh: &Mesh,
     ) {
-        self.near_rays(count, object, |packet, rays, numbers, room| {
-            if ANY_HIT {
-                mesh.occluded_packet::<K>(rays, room, |k| {
-                    (packet.front.object[numbers[k]], packet.front.limit[numbers[k]]) = (index, DONE);
-                });
-            } else {
-                mesh.intersect_packet::<K>(rays, room, |k, hit| {
-                    if let Some(TriangleHit { t, triangle, u, v }) = hit {
-                        packet.offer(numbers[k], Hit { t, object: index, primitive: triangle, u, v });
-                    }
-                });
-            }
-        });
+        let Self { in_mesh, front, near, corners, .. } = self;
+        in_mesh.take(tree, count, object, front, near);
+        let InMesh { rays, numbers, room } = in_mesh;
+        let number = |k: usize| usize::from(numbers[k]);
+        if ANY_HIT {
+            mesh.occluded_packet::<K>(&rays.all(), room, |k| {
+                (front.object[number(k)], front.limit[number(k)]) = (index, DONE);
+            });
+        } else {
+            mesh.intersect_packet::<K>(&rays.all(), room, |k, hit| {
+                if let Some(TriangleHit { t, triangle, u, v }) = hit {
+                    offer(front, corners, number(k), Hit { t, object: index, primitive: triangle, u, v });
+                }
+            });
+        }
     }
 
     /// Tells which of the rays that are near meet a mesh, and ends none.
     pub fn look_along_mesh<K: TreeKernels>(
         &mut self,
+        tree: &Bvh,
         count: usize,
         object: &Object,
         mesh: &Mesh,
         mut meets: impl FnMut(usize),
     ) {
-        self.near_rays(count, object, |_, rays, numbers, room| {
-            mesh.occluded_packet::<K>(rays, room, |k| meets(numbers[k]));
-        });
-    }
-
-    /// Hands over the rays that are near, in the space of an object, their numbers, and room for them.
-    fn near_rays(
-        &mut self,
-        count: usize,
-        object: &Object,
-        take: impl FnOnce(&mut Self, &[Ray], &[usize], &mut PacketRoom),
-    ) {
-        let (mut rays, mut numbers) = (std::mem::take(&mut self.rays), std::mem::take(&mut self.numbers));
-        let mut room = std::mem::take(&mut self.in_mesh);
-        rays.clear();
-        numbers.clear();
-        for i in (0..count).filter(|&i| self.near[i] != 0) {
-            rays.push(self.front.ray(i).transformed(&object.map.inverse));
-            numbers.push(i);
-        }
-        take(self, &rays, &numbers, &mut room);
-        (self.rays, self.numbers, self.in_mesh) = (rays, numbers, room);
+        self.in_mesh.take(tree, count, object, &self.front, &self.near);
+        let InMesh { rays, numbers, room } = &mut self.in_mesh;
+        mesh.occluded_packet::<K>(&rays.all(), room, |k| meets(numbers[k].into()));
     }
 
     /// Takes a hit of ray `i` if it is the best one.
     pub fn offer(&mut self, i: usize, hit: Hit) {
-        let best = &mut self.front;
-        let old = Hit { t: best.t[i], object: best.object[i], primitive: best.primitive[i], u: 0.0, v: 0.0 };
-        best.tied[i] |= u8::from(hit.ties(&old) & (old.object != u32::MAX));
-        if hit.beats(&old) {
-            (best.t[i], best.object[i], best.primitive[i]) = (hit.t, hit.object, hit.primitive);
-            best.limit[i] = hit.reach().min(best.t_max[i]);
-            self.corners[i] = [hit.u, hit.v];
-        }
+        offer(&mut self.front, &mut self.corners, i, hit);
+    }
+}
+
+/// Takes a hit of ray `i` if it is the best one.
+fn offer(best: &mut Front, corners: &mut [[f64; 2]; CAPACITY], i: usize, hit: Hit) {
+    let old = Hit { t: best.t[i], object: best.object[i], primitive: best.primitive[i], u: 0.0, v: 0.0 };
+    best.tied[i] |= u8::from(hit.ties(&old) & (old.object != u32::MAX));
+    if hit.beats(&old) {
+        (best.t[i], best.object[i], best.primitive[i]) = (hit.t, hit.object, hit.primitive);
+        best.limit[i] = hit.reach().min(best.t_max[i]);
+        corners[i] = [hit.u, hit.v];
     }
 }
 
@@ -381,7 +386,7 @@ impl Scene {
         let tree = &self.geometry.tree;
         let Packet { front, near, met, .. } = packet;
         if let Shape::Mesh(mesh) = &object.shape {
-            return packet.meet_mesh::<K, ANY_HIT>(count, index, object, mesh);
+            return packet.meet_mesh::<K, ANY_HIT>(&self.geometry.tree, count, (index, object), mesh);
         }
         runs(&near[..count], |range| {
             meet_shape::<K>(tree, object, range.clone(), front, met);
