@@ -4,7 +4,7 @@
 
 use super::{Geometry, Object, Scene, Shape};
 use crate::bvh::TreeKernels;
-use crate::geometry::{Aabb, Hit, Ray};
+use crate::geometry::{Aabb, Ray};
 use glam::{DVec3, Vec3};
 
 /// Objects farther away than this part of an object's reach are not looked for.
@@ -68,21 +68,17 @@ impl Geometry {
 }
 
 impl Scene {
-    /// Whether rays inside of this body meet nothing else on their way out, so that [`Scene::exit`] may tell where they
-    /// leave it.
+    /// Whether rays inside of this body meet nothing else on their way out, so that [`Scene::leave_packet`] may tell
+    /// where they leave it.
     pub fn is_free<K: TreeKernels>(&self, body: u32) -> bool {
         K::CONSERVATIVE && self.geometry.clearances()[body as usize].is_free()
     }
 
-    /// Where a ray meets a body that it starts in, if that is what [`Scene::intersect`] finds and can be told without
-    /// asking others: both ends of the way, and so all of it, lie in a box that nothing else comes into.
-    pub fn exit<K: TreeKernels>(&self, ray: &Ray, body: u32) -> Option<Hit> {
-        let [lower, upper] = self.geometry.clearances()[body as usize].free?;
-        let starts_in = ray.origin.cmpge(lower) & ray.origin.cmple(upper);
-        if !K::CONSERVATIVE || !starts_in.all() {
-            return None;
-        }
-        self.objects()[body as usize].intersect::<K>(ray, body)
+    /// Whether what a ray meets next is the body that it starts in, if it meets that at all: both ends of the way, and so
+    /// all of it, lie in a box that nothing else comes into.
+    pub(super) fn leaves_next<K: TreeKernels>(&self, ray: &Ray, body: u32) -> bool {
+        let starts_in = |[lower, upper]: [DVec3; 2]| (ray.origin.cmpge(lower) & ray.origin.cmple(upper)).all();
+        K::CONSERVATIVE && self.geometry.clearances()[body as usize].free.is_some_and(starts_in)
     }
 }
 

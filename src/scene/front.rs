@@ -69,6 +69,12 @@ pub(super) struct Met {
     pub primitive: [u32; CAPACITY],
 }
 
+impl Default for Met {
+    fn default() -> Self {
+        Self { t: [0.0; CAPACITY], primitive: [0; CAPACITY] }
+    }
+}
+
 /// Which rays may meet an object: those that pass its bounding sphere and have not gone by it.
 pub(super) struct Pass {
     pub count: usize,

@@ -9,6 +9,7 @@ mod compile;
 mod crowd;
 mod front;
 mod leaf;
+mod leaving;
 mod light;
 mod material;
 mod media;

@@ -12,6 +12,7 @@
 use super::body::with_body;
 use super::crowd::{ANY, CLOSEST, Crowd, Found, OPAQUE, Source};
 use super::front::{CAPACITY, DONE, Front, Keep, Meet, Met, Pass, ToObject};
+use super::leaving::Leaving;
 use super::through::{Passage, Tally};
 use super::{Inside, Mesh, Object, Scene, Shape};
 use crate::bvh::{BallRows, Bvh, PACKET, PacketRoom, Packets, RayPacket, RaySet, Rays, Room, TreeKernels, TriangleHit};
@@ -32,6 +33,8 @@ pub struct PacketScratch {
     packet: Option<Box<Packet>>,
     /// For the tree over objects.
     in_tree: Option<Box<Room<BallRows>>>,
+    /// For rays inside of bodies.
+    pub(super) leaving: Box<Leaving>,
 }
 
 /// What is in the way of a shadow ray.
@@ -104,7 +107,7 @@ impl Packet {
             },
             corners: [[0.0; 2]; CAPACITY],
             near: [0; CAPACITY],
-            met: Met { t: zero, primitive: none },
+            met: Met::default(),
             passages: [Passage::Misses; CAPACITY],
             in_mesh: InMesh::default(),
             tally: Tally::NEW,
@@ -318,7 +321,7 @@ impl Scene {
         if K::PACKETS != Some(Packets::Watertight) {
             return RaySet::first(rays.count());
         }
-        let PacketScratch { packet, in_tree } = scratch;
+        let PacketScratch { packet, in_tree, .. } = scratch;
         let packet = RefCell::new(&mut **packet.get_or_insert_with(Packet::new));
         let (source, room) = (Source { scene: self, packet, inside }, in_tree.get_or_insert_default());
         self.geometry.tree.traverse_packet::<Crowd<K, SEARCH>, _>(rays, &source, room, &mut take)

@@ -17,8 +17,8 @@ pub(super) struct Facts {
     /// Refractive index of the place.
     pub ior: f64,
     pub inside: Inside,
-    /// Whether a ray has only to find the way out of a body: it meets nothing else there.
-    pub is_free: bool,
+    /// The body that a ray has only to find the way out of, since it meets nothing else there.
+    pub free: Option<u32>,
 }
 
 impl Media {
@@ -33,8 +33,8 @@ impl Media {
         // Rays that come together mostly go through the same surface.
         let is_last = |last: &MediumStack| last == stack && last.is_overfull() == stack.is_overfull();
         if !self.stacks.last().is_some_and(is_last) {
-            let is_free = stack.only().is_some_and(|body| scene.is_free::<K>(body));
-            self.facts.push(Facts { ior: stack.ior(scene), inside: stack.inside(), is_free });
+            let free = stack.only().filter(|&body| scene.is_free::<K>(body));
+            self.facts.push(Facts { ior: stack.ior(scene), inside: stack.inside(), free });
             self.stacks.push(*stack);
         }
         self.stacks.len() as u32 - 1

@@ -14,7 +14,7 @@ use super::tail::Tail;
 use crate::bvh::{PACKET, TreeKernels};
 use crate::geometry::{Ray, SurfaceInteraction};
 use crate::math::Rgb;
-use crate::scene::{Inside, MediumStack, PacketScratch, Scene, Surfaces};
+use crate::scene::{MediumStack, PacketScratch, Scene, Surfaces};
 use glam::DVec2;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -165,12 +165,9 @@ impl<R: Recorder> Tracer<'_, R> {
     fn intersect<K: TreeKernels>(&mut self, level: &mut Level) {
         let (scene, outside) = (self.scene, level.outside);
         scene.intersect_packet::<K>(&level.rays.first(outside), &mut level.hits[..outside], self.packets);
-        for number in outside..level.rays.len() {
-            let ray = &level.rays.ray(number);
-            let inside = self.media.facts(level.paths[number].media).inside;
-            let exit = if let Inside::One(body) = inside { scene.exit::<K>(ray, body) } else { None };
-            level.hits[number] = exit.or_else(|| scene.intersect::<K>(ray));
-        }
+        let Level { rays, paths, hits, .. } = level;
+        let body = |number: usize| self.media.facts(paths[number].media).free;
+        scene.leave_packet::<K>(rays, outside..rays.len(), body, hits, self.packets);
     }
 
     /// Adds what the rays of the first level see to the sums of those that they come from.
@@ -311,7 +308,7 @@ impl<R: Recorder> Tracer<'_, R> {
                 share,
                 weight: weight * (share / gain),
             };
-            let is_free = |media: u32| TERMS & terms::GLASS != 0 && self.media.facts(media).is_free;
+            let is_free = |media: u32| TERMS & terms::GLASS != 0 && self.media.facts(media).free.is_some();
             if let Some((share, beyond)) = transmit {
                 let direction = self.onward.refracted_rays().ray(slot).direction;
                 level.refracted.push(slot, direction, path(share, beyond), is_free(beyond));
