@@ -65,9 +65,9 @@ fn trace(scene: &Scene, points: &[DVec2], size: usize, scratch: &mut Scratch) ->
 /// Bit for bit, NaN included.
 fn assert_same(name: &str, a: &[Sample], b: &[Sample]) {
     let bits = |s: &Sample| {
-        let Rgb { r, g, b } = s.radiance;
+        let (Rgb { r, g, b }, Rgb { r: x, g: y, b: z }) = (s.radiance, s.tail);
         let normal = s.normal.to_array().map(f32::to_bits);
-        ([r, g, b, s.cut].map(f64::to_bits), s.surface, normal, s.tree)
+        ([r, g, b, s.cut, x, y, z].map(f64::to_bits), s.surface, normal, s.tree, s.cost, s.overfull)
     };
     for (k, (a, b)) in a.iter().zip(b).enumerate() {
         assert_eq!(bits(a), bits(b), "{name}: sample {k} is {a:?} alone and {b:?} in company");
@@ -195,6 +195,10 @@ fn field() -> SceneDesc {
 #[test]
 fn a_sample_is_the_same_alone_and_in_company_among_many_bodies_of_glass() {
     assert_alone_as_in_company("field", &field());
+    // With light to be spared and paths to be cut.
+    let mut to_an_error = field();
+    to_an_error.render.error = Some(2.0);
+    assert_alone_as_in_company("field to an error", &to_an_error);
 }
 
 #[test]
@@ -227,6 +231,8 @@ fn code_for_scenes_with_less_gives_what_code_for_all_scenes_gives() {
         let (a, b): (Arc<Scene>, Arc<Scene>) = (compile(&plain), compile(&all));
         let points = points();
         let mut scratch = Scratch::default();
+        // The room is that of the other scene, each time.
+        trace(&b, &points, 256, &mut scratch);
         let ((few, few_rays), (many, many_rays)) =
             (trace(&a, &points, 256, &mut scratch), trace(&b, &points, 256, &mut scratch));
         assert_same("features", &few, &many);

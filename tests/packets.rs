@@ -490,7 +490,7 @@ fn the_way_out_of_a_body_is_what_the_whole_scene_says() {
         }
         let scene = compile_for(&desc, None, isa).unwrap();
         let (mut told, mut not) = (0, 0);
-        for (index, object) in (0..).zip(scene.objects()) {
+        for (index, object) in (0..).zip(scene.objects()).chain((0..).zip(scene.objects())) {
             let mut rays = RayPacket::default();
             let mut bodies = Vec::new();
             for k in 0..PACKET {
@@ -509,16 +509,16 @@ fn the_way_out_of_a_body_is_what_the_whole_scene_says() {
                 }
                 // Some are said to be inside of another body.
                 let other = (index + u32::from(k % 7 == 0)) % scene.objects().len() as u32;
-                rays.put(bodies.len(), &ray);
+                rays.rows.put(bodies.len(), &ray);
                 bodies.push(other);
             }
             rays.set_len(bodies.len());
             let (first, mut hits) = (bodies.len() / 5, vec![None; bodies.len()]);
             scene.leave_packet::<Robust>(&rays, first..bodies.len(), |k| Some(bodies[k]), &mut hits, &mut scratch);
-            for k in first..bodies.len() {
+            for (k, &hit) in hits.iter().enumerate().skip(first) {
                 let ray = rays.ray(k);
-                assert_eq!(bits(hits[k]), bits(scene.intersect::<Robust>(&ray)), "{index} {ray:?}");
-                let from_inside = scene.is_free::<Robust>(index) && hits[k].is_some_and(|hit| hit.object == index);
+                assert_eq!(bits(hit), bits(scene.intersect::<Robust>(&ray)), "{index} {ray:?}");
+                let from_inside = scene.is_free::<Robust>(index) && hit.is_some_and(|hit| hit.object == index);
                 told += u32::from(from_inside);
                 not += u32::from(!from_inside);
             }

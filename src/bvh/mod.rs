@@ -15,15 +15,17 @@ mod overlap;
 mod packet_rows;
 mod packets;
 mod plain_packets;
+mod ray_packet;
 mod simd;
 mod split;
 mod triangles;
 
 pub use balls::{BallRows, Near};
 pub use kernels::{BoxTest, Packets, TreeKernels};
+pub use ray_packet::{FirstRays, RayPacket};
 pub use simd::{
-    Beam, Counted, Ends, ExactRays, FirstRays, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RayPacket,
-    RayRows, RaySet, Rays, Room, Slabs, Task, Wide, each_bit,
+    Beam, Counted, Ends, ExactRays, Isa, IsaError, Lanes, LeafVisitor, PACKET, PacketVisitor, RayRows, RaySet, Rays,
+    Room, Slabs, Task, Wide, each_bit,
 };
 pub use triangles::{BlockTest, PacketRoom, TriangleBlock, TriangleHit, Triangles};
 

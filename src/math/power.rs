@@ -11,7 +11,7 @@ const MANTISSA: u32 = f64::MANTISSA_DIGITS - 1;
 /// x^s for x from [`f64::MIN_POSITIVE`] to 1 and s >= 0, without branches, calls and tables: loops over it become
 /// vector code, which the library's `powf` keeps them from. No other x is allowed, NaN neither.
 ///
-/// 1 where x = 1 or s = 0, x where s = 1; powers below 1e-300 are 0. With u = 2^-53 the relative error is below
+/// 1 where x = 1 or s = 0, x where s = 1; powers below 9.8e-301 are 0. With u = 2^-53 the relative error is below
 /// (3 + 4 |s ln x|) u: 3 u of ln x and 1 u of the product, where what is wrong with y is the relative error of e^y, and
 /// the rest of e^y itself. So it is below 1e-14 down to powers of 1e-9, and less than 1e-23 is wrong with smaller ones.
 #[inline(always)]

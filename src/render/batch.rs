@@ -130,11 +130,11 @@ impl Work<'_> {
                 let (x, y) = tiles[number as usize].place(at);
                 let mut next = before;
                 while next < after {
-                    let count = (after - next).min((BATCH - self.batch.points.len()) as u32);
+                    let count = (after - next).min((BATCH - self.batch.points.count()) as u32);
                     (next..next + count).for_each(|index| self.batch.points.push(x, y, index));
                     self.batch.runs.push(Run { tile: number, at, count });
                     next += count;
-                    if self.batch.points.len() == BATCH {
+                    if self.batch.points.count() == BATCH {
                         traced = self.trace(tiles);
                         if traced != Traced::Whole {
                             break 'all;
@@ -170,7 +170,7 @@ impl Work<'_> {
                 Wait::Cancelled => return Traced::Cancelled,
             }
         };
-        stats.samples += batch.points.len() as u64;
+        stats.samples += batch.points.count() as u64;
         stats.overfull += batch.samples.iter().filter(|sample| sample.overfull).count() as u64;
         let mut samples = &batch.samples[..];
         for run in &batch.runs {

@@ -53,6 +53,7 @@ const STACK: usize = 4 << 20;
 #[derive(Debug)]
 pub struct RenderHandle {
     events: Receiver<RenderEvent>,
+    /// Disconnected as soon as all workers have left.
     ended: Receiver<Infallible>,
     begun: Instant,
     control: Arc<Control>,
@@ -62,11 +63,6 @@ impl RenderHandle {
     /// The render's own channel: no event of another render can arrive here. Ends after `Finished` or `Failed`.
     pub fn events(&self) -> &Receiver<RenderEvent> {
         &self.events
-    }
-
-    /// Disconnected as soon as all workers have left, for those who sleep between events.
-    pub fn ended(&self) -> &Receiver<Infallible> {
-        &self.ended
     }
 
     /// The next event, for those who do nothing else meanwhile. Where none is waiting, some are let come together
@@ -222,7 +218,7 @@ struct Shared {
     passes: Vec<Pass>,
     /// The error to reach by rounds of refinement after the passes.
     target: Option<f64>,
-    /// Made by the first worker that needs it, so that the first picture does not wait for it.
+    /// Made by the first worker that needs it, so that the first coarse picture does not wait for it.
     map: OnceLock<Map>,
     control: Arc<Control>,
     tiles: usize,

@@ -36,7 +36,7 @@ pub use forecast::Eta;
 pub use job::{RenderHandle, Settings, default_threads, start, start_probe};
 pub use layers::Layers;
 pub use pass::Pass;
-pub use points::{FilmPoints, film_point};
+pub use points::FilmPoints;
 pub use progress::{Progress, WorkerProgress};
 pub use rect::Rect;
 pub use scatter::JUDGED;

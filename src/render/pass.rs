@@ -75,4 +75,18 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn powers_of_two_from_16_on_are_ends_of_passes_and_none_is_long() {
+        let passes = Pass::sequence(4096).into_iter();
+        let refined =
+            passes.filter_map(|pass| if let Pass::Refine { from, to } = pass { Some((from, to)) } else { None });
+        let (mut ends, mut longest) = (Vec::new(), 0);
+        for (from, to) in refined {
+            ends.push(to);
+            longest = longest.max(to - from);
+        }
+        assert!((4..=12).all(|power| ends.contains(&(1 << power))), "{ends:?}");
+        assert_eq!(longest, MAX_PER_PASS);
+    }
 }

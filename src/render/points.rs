@@ -10,7 +10,7 @@ use glam::DVec2;
 /// Where on the film sample `index` of a pixel is, in pixels from its upper left corner; without a filter in the
 /// pixel's middle.
 #[inline(always)]
-pub fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
+pub(super) fn film_point(filter: Option<Filter>, x: u32, y: u32, index: u32) -> DVec2 {
     let (u, v) = sample_in_pixel(x, y, index);
     let (u, v) = match filter {
         None => (0.5, 0.5),
@@ -46,13 +46,8 @@ impl Default for FilmPoints {
 
 impl FilmPoints {
     /// How many samples there are.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.count
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
     }
 
     /// Forgets all of them.
@@ -60,7 +55,7 @@ impl FilmPoints {
         self.count = 0;
     }
 
-    /// Takes in a sample of a pixel. There must be room for it.
+    /// Takes in a sample of a pixel. Panics if there are [`BATCH`] already.
     pub fn push(&mut self, x: u32, y: u32, index: u32) {
         let (at, samples) = (self.count, &mut *self.samples);
         (samples.x[at], samples.y[at], samples.index[at]) = (x, y, index);

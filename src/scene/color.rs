@@ -3,6 +3,7 @@
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots run over several arrays at once.
 
+use super::surfaces::{FEWEST, WIDTH};
 use super::texture::{Source, Texels, Texture, is_second};
 use super::{Material, Scene, Shape};
 use crate::bvh::Task;
@@ -11,12 +12,6 @@ use crate::geometry::{Hit, cap_uv, cone_uv, cuboid_uv, cylinder_uv, plane_uv, qu
 use crate::math::{Rgb, srgb8_table};
 use glam::{DAffine3, DVec2, DVec3};
 use std::ops::Range;
-
-/// Slots are computed so many at a time.
-const WIDTH: usize = 8;
-
-/// Fewer hits with an object are computed one by one.
-const FEWEST: usize = 3;
 
 /// Room for what is computed on the way to colours, slot by slot.
 #[derive(Debug)]

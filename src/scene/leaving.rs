@@ -50,6 +50,7 @@ impl<K: TreeKernels, const SHAPE: u8> Task for Leave<K, SHAPE> {
     type Output = Met;
 
     #[inline(always)]
+    #[allow(clippy::manual_map)] // `Option::map` is not inlined always.
     fn run(self, local: &Local, met: &mut Met) {
         for i in 0..self.count.min(CAPACITY) {
             let ray = local.rays.ray(i);

@@ -9,7 +9,7 @@ use glam::DVec3;
 /// Most bodies that a ray can be inside of at once; what is entered beyond is passed over, which is counted.
 pub const MOST_BODIES: usize = 8;
 
-/// The transparent bodies that a ray is inside of. Copied with every ray.
+/// The transparent bodies that a ray is inside of.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MediumStack {
     bodies: [Body; MOST_BODIES],
@@ -43,11 +43,6 @@ struct Body {
 }
 
 impl MediumStack {
-    /// Whether a ray is outside of all bodies.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// The body that a ray is inside of, if there is just one.
     pub fn only(&self) -> Option<u32> {
         (self.len == 1).then_some(self.bodies[0].object)

@@ -17,7 +17,7 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 /// Slots are computed so many at a time.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
 /// Objects that hits are sorted by at most; those with others are computed one by one.
 const GROUPS: usize = 8;
@@ -26,7 +26,7 @@ const GROUPS: usize = 8;
 pub const SLOTS: usize = PACKET + WIDTH;
 
 /// Fewer than so many hits are computed one by one.
-const FEWEST: usize = 3;
+pub(super) const FEWEST: usize = 3;
 
 /// Stands for no material: of a surface that is not there after all.
 const NOTHING: u32 = u32::MAX;
@@ -84,7 +84,7 @@ impl Default for Hits {
     }
 }
 
-/// What [`SurfaceInteraction`] holds, side by side. Surfaces of one object stand together.
+/// What [`SurfaceInteraction`] holds, side by side. Surfaces that are computed together stand together; the others follow.
 #[derive(Debug)]
 #[repr(align(64))]
 pub struct SurfaceRows {

@@ -13,7 +13,7 @@ use glam::DVec3;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// Surfaces that light can fall on, in the slots of [`SurfaceRows`].
+/// Surfaces that light can fall on, in the slots of [`Surfaces`].
 #[derive(Debug)]
 #[repr(align(64))]
 pub(super) struct Lit {
@@ -327,7 +327,9 @@ fn shine<K: TreeKernels, const TERMS: u8>(light: Light, lit: &Lit, beams: &mut B
         put(&mut beams.direction, i, direction);
         put_color(&mut beams.radiance, i, radiance);
         (beams.cosine[i], beams.part[i]) = (cosine, 0.0);
-        beams.reaches[i] = u8::from(is_apart & (cosine > 0.0));
+        // What is not a number reaches the sample, which is counted then.
+        let behind = cosine <= 0.0;
+        beams.reaches[i] = u8::from(is_apart & !behind);
     }
     if TERMS & terms::SHADOWS == 0 {
         return;

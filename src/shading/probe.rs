@@ -70,6 +70,7 @@ fn trace<K: TreeKernels, const PROBE: u8>(
     scratch: &mut Scratch,
     stop: &AtomicBool,
 ) {
+    let mut recording = Scratch::with(TreeRecorder::without_names());
     for (point, sample) in points.iter().zip(samples) {
         if stop.load(Ordering::Relaxed) {
             return;
@@ -77,7 +78,7 @@ fn trace<K: TreeKernels, const PROBE: u8>(
         *sample = Sample::default();
         let point = std::slice::from_ref(point);
         let one = std::slice::from_mut(sample);
-        sample_value::<K, PROBE>(scene, point, one, counts, scratch, stop);
+        sample_value::<K, PROBE>(scene, point, one, counts, (scratch, &mut recording), stop);
     }
 }
 
@@ -86,7 +87,7 @@ fn sample_value<K: TreeKernels, const PROBE: u8>(
     point: &[DVec2],
     sample: &mut [Sample],
     counts: &mut RayCounts,
-    scratch: &mut Scratch,
+    (scratch, recording): (&mut Scratch, &mut Scratch<TreeRecorder>),
     stop: &AtomicBool,
 ) {
     const RAYS: u8 = Probe::Rays as u8;
@@ -100,9 +101,8 @@ fn sample_value<K: TreeKernels, const PROBE: u8>(
             Rgb::grey(rays.total() as f64)
         }
         VISITS => {
-            let mut scratch = Scratch::with(TreeRecorder::without_names());
-            recording_sampler(scene)(scene, point, sample, counts, &mut scratch, stop);
-            scratch.recorder.finish().map_or(Rgb::BLACK, |tree| Rgb::grey(tree.all_visits() as f64))
+            recording_sampler(scene)(scene, point, sample, counts, recording, stop);
+            recording.recorder.finish().map_or(Rgb::BLACK, |tree| Rgb::grey(tree.all_visits() as f64))
         }
         TIME => {
             let sampler = sampler(scene);

@@ -257,7 +257,7 @@ impl<R: Recorder> Tracer<'_, R> {
         for slot in 0..if R::LISTENS { rows.count } else { 0 } {
             let index = usize::from(rows.ray[slot]);
             let Some(hit) = &level.hits[index] else { continue };
-            let beyond = level.beyond.get(index).copied().flatten().map(|beyond| self.media.stack(beyond));
+            let beyond = beyond::<TERMS>(level, index).map(|beyond| self.media.stack(beyond));
             self.recorder.meet(scene, &self.surfaces.get(slot, hit), lit.get(slot).color, lit.sum(slot), beyond);
         }
     }
@@ -276,7 +276,7 @@ impl<R: Recorder> Tracer<'_, R> {
             let is_in_media = TERMS & terms::GLASS != 0;
             let media = &*self.media;
             let before = || if is_in_media { media.facts(level.paths[number].media).ior } else { scene.world.ior };
-            if let Some(beyond) = level.beyond.get(number).copied().flatten() {
+            if let Some(beyond) = beyond::<TERMS>(level, number) {
                 self.onward.put_glass(slot, before() / media.facts(beyond).ior);
                 is_glass = true;
             } else if let Some(material) = rows.material(scene, slot).filter(|material| material.fresnel) {
@@ -296,7 +296,7 @@ impl<R: Recorder> Tracer<'_, R> {
                 tail.send_on(self.onward.gain(slot));
             }
             let mirrored = self.onward.mirrored(slot);
-            let beyond = level.beyond.get(number).copied().flatten();
+            let beyond = beyond::<TERMS>(level, number);
             let transmit = self.onward.refracted(slot).filter(|_| is_glass).zip(beyond);
             // A material that gives back more than it gets is weighed by shares, or its ray tree would grow without
             // end.
@@ -351,6 +351,11 @@ impl<R: Recorder> Tracer<'_, R> {
         }
         worth_it
     }
+}
+
+/// What is behind the surface where a ray ends, if light gets there.
+fn beyond<const TERMS: u8>(level: &Level, ray: usize) -> Option<u32> {
+    if TERMS & terms::GLASS != 0 { level.beyond[ray] } else { None }
 }
 
 /// Takes a ray on to the surface that it ends on, past those that change nothing; `beyond` gets the media behind that,

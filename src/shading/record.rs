@@ -55,8 +55,8 @@ impl<'a> TreeRecorder<'a> {
     }
 
     /// The tree, when tracing is over.
-    pub fn finish(self) -> Option<RayTree> {
-        self.whole
+    pub fn finish(&mut self) -> Option<RayTree> {
+        self.whole.take()
     }
 
     fn surface(&mut self) -> Option<&mut SurfaceTerms> {

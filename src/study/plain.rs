@@ -72,7 +72,7 @@ impl<'a> Worker<'a> {
             for index in 0..self.scene.render.samples {
                 self.points.push(x, y, index);
                 self.owners.push(pixel);
-                if self.points.len() == BATCH {
+                if self.points.count() == BATCH {
                     self.flush();
                 }
             }

@@ -17,19 +17,14 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time between two frames while only the picture changes: so many times what the last one took, within limits, so that
-/// the workers have the processors. (Sending a frame takes about as long as painting it.)
-const FRAME_COSTS: u32 = 128;
-const FRAME: [Duration; 2] = [Duration::from_millis(33), Duration::from_millis(100)];
-/// The least time between any two.
+/// Time between two frames while only the picture changes, and the least time between any two.
+const FRAME: Duration = Duration::from_millis(33);
 const QUICK_FRAME: Duration = Duration::from_millis(8);
 /// Time between two frames while only clocks run.
 const CLOCK_FRAME: Duration = Duration::from_millis(125);
 /// Tiles are asked for so often: were the loop woken for each, it would take the time of a worker (the first picture of
-/// 1280x720 has 920 tiles). The first after few of them came, the second after many, so that workers need not wait for
-/// room, the third where the first whole picture of an edit is waited for.
-const POLL: [Duration; 3] = [Duration::from_millis(8), Duration::from_millis(2), Duration::from_micros(500)];
-const MANY: usize = 128;
+/// 1280x720 has 920 tiles). The second where the first whole picture of an edit is waited for.
+const POLL: [Duration; 2] = [Duration::from_millis(2), Duration::from_micros(500)];
 /// The answer to a key that starts a render waits so long for the picture: both are painted at once, which leaves the
 /// processors to it. Nobody sees a thirtieth of a second.
 const TOGETHER: Duration = Duration::from_millis(25);
@@ -52,10 +47,6 @@ pub(super) struct Engine {
     /// Until when it waits for the whole picture of an edit.
     held: Option<Instant>,
     last_frame: Instant,
-    /// What that took.
-    frame_cost: Duration,
-    /// Events of the render that were taken in together last.
-    came: usize,
 }
 
 impl Engine {
@@ -74,8 +65,6 @@ impl Engine {
             frame_due: Some(now),
             held: None,
             last_frame: now,
-            frame_cost: Duration::ZERO,
-            came: 0,
         }
     }
 
@@ -108,13 +97,11 @@ impl Engine {
     pub fn wait(&mut self, at_most: Option<Instant>) -> Vec<Effect> {
         let clock = if self.app.is_running() { Some(self.last_frame + CLOCK_FRAME) } else { None };
         let frame = self.not_before([self.frame_due, clock].into_iter().flatten().min());
-        let poll = POLL[if self.app.is_seen() { usize::from(self.came > MANY) } else { 2 }];
+        let poll = POLL[usize::from(!self.app.is_seen())];
         let tiles = self.render.as_ref().or(self.probe.as_ref()).map(|_| Instant::now() + poll);
         let until = [frame, tiles, self.app.leaves_by(), at_most].into_iter().flatten().min();
         let wait = until.map_or(never(), crossbeam_channel::at);
-        let (ended, no_end) = (self.render.as_ref().filter(|_| !self.app.is_awaited()), never());
         let mut effects = select! {
-            recv(ended.map_or(&no_end, RenderHandle::ended)) -> _ => Vec::new(),
             recv(self.events.1) -> event => event.map_or_else(|_| Vec::new(), |event| self.take(event)),
             recv(wait) -> now => {
                 self.frame_due = match (now, frame) {
@@ -125,7 +112,6 @@ impl Engine {
             }
         };
         let end = Instant::now() + BATCH;
-        self.came = 0;
         // A whole picture of an edit is shown before more is taken in.
         while self.app.exit().is_none() && !self.app.is_awaited() && Instant::now() < end {
             // Keys before tiles.
@@ -134,10 +120,7 @@ impl Engine {
                 continue;
             }
             match self.render.as_ref().map(|render| render.events().try_recv()) {
-                Some(Ok(event)) => {
-                    self.came += 1;
-                    effects.extend(self.take(Event::Render(event)));
-                }
+                Some(Ok(event)) => effects.extend(self.take(Event::Render(event))),
                 Some(Err(TryRecvError::Disconnected)) => self.render = None, // All is told.
                 Some(Err(TryRecvError::Empty)) | None => {
                     match self.probe.as_ref().map(|probe| probe.events().try_recv()) {
@@ -157,8 +140,7 @@ impl Engine {
         let is_picture = matches!(event, Event::Render(_) | Event::Probed(_));
         let effects = self.app.update(event, now);
         // A whole picture of what was edited is what the user waits for.
-        let calm = (self.frame_cost * FRAME_COSTS).clamp(FRAME[0], FRAME[1]);
-        let period = if is_picture && !self.app.is_awaited() { calm } else { QUICK_FRAME };
+        let period = if is_picture && !self.app.is_awaited() { FRAME } else { QUICK_FRAME };
         let due = self.last_frame + period;
         self.frame_due = Some(self.frame_due.map_or(due, |earlier| earlier.min(due)));
         if !is_picture && !self.app.is_seen() {
@@ -228,7 +210,6 @@ impl Engine {
         let mut buffer = Buffer::empty(Rect::new(0, 0, columns, rows));
         view(&self.app, &mut buffer);
         resting.iter().for_each(|render| render.resume());
-        self.frame_cost = now.elapsed();
         Some(buffer)
     }
 

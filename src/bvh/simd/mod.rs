@@ -29,7 +29,7 @@ pub use portable::Portable;
 pub use prefetch::prefetch;
 #[cfg(test)]
 pub use rays::Take;
-pub use rays::{Doubles, Ends, ExactRays, FirstRays, RayPacket, RayRows, Rays, Room, Slabs, Together, largest};
+pub use rays::{Doubles, Ends, ExactRays, RayRows, Rays, Room, Slabs, Together, largest};
 pub use set::{RaySet, each_bit};
 pub use slab::SlabLanes;
 pub use task::Task;

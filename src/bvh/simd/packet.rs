@@ -296,23 +296,32 @@ fn traverse<E: Wide, W: Wide, V: PacketVisitor, S: Rays + ?Sized>(
                         alive = alive.without(&before.without(&active));
                     }
                 } else {
-                    let rays = active;
-                    rays.each(|i| {
-                        if visitor.visit_one(eight, room, block, i) {
-                            active.remove(i);
-                            alive.remove(i);
+                    for word in 0..RaySet::WORDS {
+                        let mut left = active.word(word);
+                        while left != 0 {
+                            let i = 64 * word + left.trailing_zeros() as usize;
+                            left &= left - 1;
+                            if visitor.visit_one(eight, room, block, i) {
+                                active.remove(i);
+                                alive.remove(i);
+                            }
                         }
-                    });
+                    }
                 }
             }
             continue;
         }
         if count <= FEW {
-            active.each(|i| {
-                if walk(eight, tree, room, &mut visitor, i, child) {
-                    alive.remove(i);
+            for word in 0..RaySet::WORDS {
+                let mut left = active.word(word);
+                while left != 0 {
+                    let i = 64 * word + left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    if walk(eight, tree, room, &mut visitor, i, child) {
+                        alive.remove(i);
+                    }
                 }
-            });
+            }
             continue;
         }
         // SAFETY: inner children are made by `collapse` from indices of nodes it has pushed (`Bvh::validate`).

@@ -95,6 +95,16 @@ impl RaySet {
         self
     }
 
+    /// How many words of 64 bits there are.
+    pub const WORDS: usize = PACKET / 64;
+
+    /// The rays from 64 times the number of this word on, a bit each. For loops that are too large for a closure, which
+    /// then stays out of line.
+    #[inline(always)]
+    pub fn word(&self, word: usize) -> u64 {
+        u64::from_le_bytes(self.0.as_chunks().0[word % Self::WORDS])
+    }
+
     /// Calls `visit` with each, in order.
     #[inline(always)]
     pub fn each(&self, mut visit: impl FnMut(usize)) {
