@@ -2,14 +2,14 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// The angle of the point (x, y) about the origin, -π to π, counted from the x axis to the y axis, within 3 ulp, without
-/// branches and calls, so that loops over it become vector code.
+/// The angle of the point (x, y) about the origin, -π to π, counted from the x axis to the y axis, within 3 ulp,
+/// without branches and calls, so that loops over it become vector code.
 ///
 /// As IEEE 754 wants it where a coordinate is zero, signs included: 0 for (0, 0), ±π where x is -0. For coordinates up
 /// to half of the largest number; NaN where one is NaN or both are infinite.
 ///
-/// The tangent of an angle up to π/4 is the quotient of the smaller by the larger coordinate; above tan π/8 it is turned
-/// by π/4 with the numbers that are divided, so that a single quotient remains. For |t| <= tan π/8 is artan t =
+/// The tangent of an angle up to π/4 is the quotient of the smaller by the larger coordinate; above tan π/8 it is
+/// turned by π/4 with the numbers that are divided, so that a single quotient remains. For |t| <= tan π/8 is artan t =
 /// t + t³ P(t²), P minimax, off by 2^-54.
 #[inline(always)]
 pub fn atan2(y: f64, x: f64) -> f64 {

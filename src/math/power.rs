@@ -21,8 +21,8 @@ pub fn pow(x: f64, s: f64) -> f64 {
 }
 
 /// ln x of a normal x > 0 within 3 u, in the form of fdlibm's `e_log.c` (Sun Microsystems 1993): x = 2^k (1 + f) with
-/// 1 + f in [√½, √2), and with r = f / (2 + f) is ln (1 + f) = 2 artanh r = f - f²/2 + r (f²/2 + R(r²)). What is rounded
-/// before the last sum stands in terms of a quarter of the size at most. R is minimax, off by 2^-58.
+/// 1 + f in [√½, √2), and with r = f / (2 + f) is ln (1 + f) = 2 artanh r = f - f²/2 + r (f²/2 + R(r²)). What is
+/// rounded before the last sum stands in terms of a quarter of the size at most. R is minimax, off by 2^-58.
 #[inline(always)]
 fn ln(x: f64) -> f64 {
     const ONE: u64 = 1f64.to_bits();
@@ -44,8 +44,8 @@ fn ln(x: f64) -> f64 {
     k * LN_2[0] + (f - (half_square - (rest + k * LN_2[1])))
 }
 
-/// e^y for y <= 0 within 2 u, 0 below y = -690.8: y = n ln 2 + r with |r| <= ln 2 / 2, where e^r is minimax, off by 2^-57,
-/// and n is added to the exponent.
+/// e^y for y <= 0 within 2 u, 0 below y = -690.8: y = n ln 2 + r with |r| <= ln 2 / 2, where e^r is minimax, off by
+/// 2^-57, and n is added to the exponent.
 #[inline(always)]
 fn exp(y: f64) -> f64 {
     const LEAST: f64 = -690.8;

@@ -48,9 +48,9 @@ fn sobol_0(index: u32) -> u32 {
     index
 }
 
-/// Second Sobol' dimension (primitive polynomial x + 1), the lowest bit first: the direction number of bit k is row k of
-/// Pascal's triangle mod 2, which is (1 + x)^k. So it is P(1 + x) where the index is P(x), and that is found by halves:
-/// with P = A + x^n B for a power of two n, (1 + x)^n is 1 + x^n.
+/// Second Sobol' dimension (primitive polynomial x + 1), the lowest bit first: the direction number of bit k is row k
+/// of Pascal's triangle mod 2, which is (1 + x)^k. So it is P(1 + x) where the index is P(x), and that is found by
+/// halves: with P = A + x^n B for a power of two n, (1 + x)^n is 1 + x^n.
 #[inline(always)]
 fn sobol_1(index: u32) -> u32 {
     let mut p = index;

@@ -47,8 +47,8 @@ pub fn linear_to_srgb_near(v: f64) -> f64 {
     CURVE[at] + part * (CURVE[at + 1] - CURVE[at])
 }
 
-/// As [`linear_to_srgb`] within 5e-5 (0.0125 codes), its slope within 1 %, by square roots alone: a loop over many numbers
-/// becomes vector code. (Weighted least squares of the curve by v and its roots.)
+/// As [`linear_to_srgb`] within 5e-5 (0.0125 codes), its slope within 1 %, by square roots alone: a loop over many
+/// numbers becomes vector code. (Weighted least squares of the curve by v and its roots.)
 #[inline]
 pub fn linear_to_srgb_by_roots(v: f32) -> f32 {
     let v = if v > 0.0 { v } else { 0.0 };

@@ -15,8 +15,8 @@ pub struct Eta {
 
 /// What is left, from what each tile has cost: every pass goes over all tiles, so the last visit to a tile tells what
 /// the next will cost, and glass does not count like sky. Passes are long: how much more the visits of this pass have
-/// cost than those before told holds for the tiles whose turn is to come. Dividing by how many seconds of tracing fit in
-/// a second of time gives the time that is left. How far recent forecasts of the whole time lie apart is the range.
+/// cost than those before told holds for the tiles whose turn is to come. Dividing by how many seconds of tracing fit
+/// in a second of time gives the time that is left. How far recent forecasts of the whole time lie apart is the range.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forecast {
     tiles: HashMap<(u32, u32), TileCost>,

@@ -74,8 +74,8 @@ impl Scene {
         K::CONSERVATIVE && self.geometry.clearances()[body as usize].is_free()
     }
 
-    /// Whether what a ray meets next is the body that it starts in, if it meets that at all: both ends of the way, and so
-    /// all of it, lie in a box that nothing else comes into.
+    /// Whether what a ray meets next is the body that it starts in, if it meets that at all: both ends of the way, and
+    /// so all of it, lie in a box that nothing else comes into.
     pub(super) fn leaves_next<K: TreeKernels>(&self, ray: &Ray, body: u32) -> bool {
         let starts_in = |[lower, upper]: [DVec3; 2]| (ray.origin.cmpge(lower) & ray.origin.cmple(upper)).all();
         K::CONSERVATIVE && self.geometry.clearances()[body as usize].free.is_some_and(starts_in)

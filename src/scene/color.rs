@@ -1,5 +1,6 @@
-//! The colours of many hits, side by side in arrays: in loops that the compiler makes vector code of, with the functions
-//! that single hits take ([`Scene::uv`], [`Material::color`]), so that every hit gets the bits that it gets alone.
+//! The colours of many hits, side by side in arrays: in loops that the compiler makes vector code of, with the
+//! functions that single hits take ([`Scene::uv`], [`Material::color`]), so that every hit gets the bits that it gets
+//! alone.
 
 #![allow(clippy::needless_range_loop)] // Numbers of slots run over several arrays at once.
 

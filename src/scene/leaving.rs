@@ -1,5 +1,5 @@
-//! Where rays leave the bodies that they are inside of, many at once: sorted by what computes it, each with the numbers of
-//! its own body.
+//! Where rays leave the bodies that they are inside of, many at once: sorted by what computes it, each with the numbers
+//! of its own body.
 
 #![allow(clippy::needless_range_loop)] // Numbers of rays run over several arrays at once.
 

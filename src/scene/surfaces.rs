@@ -84,7 +84,8 @@ impl Default for Hits {
     }
 }
 
-/// What [`SurfaceInteraction`] holds, side by side. Surfaces that are computed together stand together; the others follow.
+/// What [`SurfaceInteraction`] holds, side by side. Surfaces that are computed together stand together; the others
+/// follow.
 #[derive(Debug)]
 #[repr(align(64))]
 pub struct SurfaceRows {

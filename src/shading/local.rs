@@ -107,7 +107,8 @@ impl Lighting {
         }
     }
 
-    /// Weakens the beams that pass transparent surfaces by the product of their k_t. `paths`: those of the packet, and what they may be in.
+    /// Weakens the beams that pass transparent surfaces by the product of their k_t. `paths`: those of the packet, and
+    /// what they may be in.
     #[inline(never)]
     fn filter<K: TreeKernels>(
         &mut self,

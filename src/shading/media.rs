@@ -1,5 +1,5 @@
-//! The transparent bodies that rays are inside of, kept once for all rays that share them: a ray carries a number of four
-//! bytes, not a stack of eighty.
+//! The transparent bodies that rays are inside of, kept once for all rays that share them: a ray carries a number of
+//! four bytes, not a stack of eighty.
 
 use crate::bvh::TreeKernels;
 use crate::scene::{Inside, MediumStack, Scene};

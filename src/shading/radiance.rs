@@ -172,8 +172,8 @@ impl<R: Recorder> Tracer<'_, R> {
 
     /// Adds what the rays of the first level see to the sums of those that they come from.
     ///
-    /// Mirrored and refracted rays apart. All rays of a depth together were fewer and fuller packets, but less alike: 1.07
-    /// of the time on the demo and on the terrain, 1.03 on the field of glass.
+    /// Mirrored and refracted rays apart. All rays of a depth together were fewer and fuller packets, but less alike:
+    /// 1.07 of the time on the demo and on the terrain, 1.03 on the field of glass.
     fn follow<K: TreeKernels, const TERMS: u8>(
         &mut self,
         kind: RayKind,
