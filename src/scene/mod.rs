@@ -161,6 +161,14 @@ impl Scene {
         }
     }
 
+    /// The same, if the object is of one material.
+    fn only_material_of(&self, object: u32) -> Option<u32> {
+        match self.object_materials[self.geometry.objects[object as usize].source as usize] {
+            ObjectMaterial::One(index) => Some(index),
+            ObjectMaterial::PerTriangle(_) => None,
+        }
+    }
+
     /// Whether light may get through an object somewhere.
     fn may_transmit(&self, object: u32) -> bool {
         self.transmitting.get(object as usize).is_some_and(|transmitting| *transmitting)

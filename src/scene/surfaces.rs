@@ -136,6 +136,8 @@ struct Group {
     object: u32,
     /// Whether they are with balls, of which all are computed together.
     balls: bool,
+    /// Of all of them, if that is known.
+    material: Option<u32>,
     count: usize,
     slots: Range<usize>,
 }
@@ -419,7 +421,8 @@ impl Scene {
                 let same = |group: &Group| group.object == hit.object || (balls && group.balls);
                 let group = groups[..open].iter().position(same).unwrap_or(open);
                 if group == open && open < GROUPS {
-                    groups[open] = Group { object: hit.object, balls, ..Group::default() };
+                    let material = if balls { None } else { self.only_material_of(hit.object) };
+                    groups[open] = Group { object: hit.object, balls, material, ..Group::default() };
                     open += 1;
                 }
                 (last, of_last) = (hit.object, group as u8);
@@ -438,19 +441,19 @@ impl Scene {
         let alone = free;
         for (number, (group, hit)) in (0..).zip(group_of.iter().zip(hits)) {
             let Some(hit) = hit else { continue };
-            let slot = match groups.get_mut(usize::from(*group)) {
+            let (slot, material) = match groups.get_mut(usize::from(*group)) {
                 Some(group) if group.count >= FEWEST => {
                     group.slots.end += 1;
-                    group.slots.end - 1
+                    (group.slots.end - 1, group.material)
                 }
                 _ => {
                     free += 1;
-                    free - 1
+                    (free - 1, None)
                 }
             };
             sorted.take(slot, &rays.ray(number), hit, &objects[hit.object as usize]);
             found.ray[slot] = number as u16;
-            found.material[slot] = self.material_of(hit.object, hit.primitive);
+            found.material[slot] = material.unwrap_or_else(|| self.material_of(hit.object, hit.primitive));
         }
         found.count = free;
         // In order: each also writes up to where vectors end, into slots that are filled after it.

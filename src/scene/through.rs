@@ -147,8 +147,9 @@ impl Tally {
         let i = i % CAPACITY;
         match (self.lost[i], self.crossed[i], self.inside[i]) {
             (0, 0, _) => Way::Clear,
+            (0, 1, NOTHING) => Way::Part(self.transmit[i]),
             // Surfaces are multiplied as they are one after the other.
-            (0, crossed, NOTHING) => Way::Part((0..crossed).fold(1.0, |part, _| part * self.transmit[i])),
+            (0, crossed, NOTHING) => Way::Part((1..crossed).fold(self.transmit[i], |part, _| part * self.transmit[i])),
             _ => Way::Glass,
         }
     }

@@ -125,21 +125,19 @@ impl Lighting {
         inside.extend(asked.iter().map(|&slot| media.facts(number(slot)).inside));
         scene.look_along_packet::<K>(&beams.shadow_rays.all(), inside, ways, packets);
         for (k, (&slot, way)) in asked.iter().zip(&*ways).enumerate() {
+            let part = &mut beams.part[usize::from(slot)];
+            let (known, is_followed) = match *way {
+                Way::Clear => (1.0, false),
+                Way::Blocked => (0.0, false),
+                Way::Part(part) => (part, false),
+                Way::Glass | Way::Unknown => (1.0, true),
+            };
+            *part = known;
+            if !is_followed {
+                continue;
+            }
             if stop.load(Ordering::Relaxed) {
                 return;
-            }
-            let part = &mut beams.part[usize::from(slot)];
-            match way {
-                Way::Clear => continue,
-                Way::Blocked => {
-                    *part = 0.0;
-                    continue;
-                }
-                Way::Part(through) => {
-                    *part = *through;
-                    continue;
-                }
-                Way::Glass | Way::Unknown => {}
             }
             let ray = beams.shadow_rays.ray(k);
             let reached = if *way == Way::Glass {
