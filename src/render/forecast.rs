@@ -14,20 +14,13 @@ pub struct Eta {
 }
 
 /// What is left, from what each tile has cost: every pass goes over all tiles, so the last visit to a tile tells what
-/// the next will cost, and glass does not count like sky. Passes are long: how much more the visits of this pass have
-/// cost than those before told holds for the tiles whose turn is to come. Dividing by how many seconds of tracing fit
-/// in a second of time gives the time that is left. How far recent forecasts of the whole time lie apart is the range.
+/// the next will cost, and glass does not count like sky. Dividing by how many seconds of tracing fit in a second of
+/// time gives the time that is left. How far recent forecasts of the whole time lie apart is the range.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forecast {
     tiles: HashMap<(u32, u32), TileCost>,
-    /// The most visits that any tile has had: the pass.
-    pass: u32,
-    /// Sums of what is left, seconds of tracing: of tiles that this pass has visited, and of the others.
-    visited: f64,
-    to_come: f64,
-    /// What the visits of this pass took, and what the visits before told.
-    took: f64,
-    expected: f64,
+    /// Sum of what is left of all tiles known, seconds of tracing.
+    work_left: f64,
     /// Seconds of tracing so far.
     work_done: f64,
     notes: VecDeque<Note>,
@@ -35,7 +28,6 @@ pub(super) struct Forecast {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct TileCost {
-    visits: u32,
     samples_left: u64,
     /// Seconds of tracing to come.
     work_left: f64,
@@ -49,8 +41,6 @@ struct Note {
     total: f64,
 }
 
-/// Visits of a pass tell how slow it is when they are more than about this share of all work that is left.
-const SHARE: f64 = 1.0 / 32.0;
 /// Forecasts that make a range.
 const NOTES: usize = 8;
 /// Forecasts that are needed before a range is shown.
@@ -73,29 +63,10 @@ impl Forecast {
         }
         let all = TileCost { samples_left: rect.area() * samples_per_pixel, ..TileCost::default() };
         let tile = self.tiles.entry((rect.x, rect.y)).or_insert(all);
-        let before = *tile;
-        *if before.visits == self.pass { &mut self.visited } else { &mut self.to_come } -= before.work_left;
-        tile.visits += 1;
-        tile.samples_left = before.samples_left.saturating_sub(stats.samples);
+        self.work_left -= tile.work_left;
+        tile.samples_left = tile.samples_left.saturating_sub(stats.samples);
         tile.work_left = busy / stats.samples as f64 * tile.samples_left as f64;
-        if tile.visits > self.pass {
-            self.to_come += std::mem::take(&mut self.visited);
-            (self.pass, self.took, self.expected) = (tile.visits, 0.0, 0.0);
-        }
-        if before.visits > 0 {
-            self.took += busy;
-            self.expected += before.work_left * stats.samples as f64 / before.samples_left.max(1) as f64;
-        }
-        *if tile.visits == self.pass { &mut self.visited } else { &mut self.to_come } += tile.work_left;
-    }
-
-    /// Seconds of tracing that are left.
-    fn work_left(&self) -> f64 {
-        // Rounding may leave a little less than nothing.
-        let (visited, to_come) = (self.visited.max(0.0), self.to_come.max(0.0));
-        let doubt = SHARE * (visited + to_come);
-        let slowness = if doubt > 0.0 { (self.took + doubt) / (self.expected + doubt) } else { 1.0 };
-        visited + to_come * slowness
+        self.work_left += tile.work_left;
     }
 
     /// Keeps a forecast if it is time for one.
@@ -116,8 +87,8 @@ impl Forecast {
     fn left(&self, elapsed: f64) -> f64 {
         let since = self.notes.front().map_or((0.0, 0.0), |n| (n.elapsed, n.work_done));
         let pace = (self.work_done - since.1) / (elapsed - since.0);
-        // No work in no time is no pace.
-        if pace > 0.0 { self.work_left() / pace } else { 0.0 }
+        // Rounding may leave a little less than nothing; no work in no time is no pace.
+        if pace > 0.0 { self.work_left.max(0.0) / pace } else { 0.0 }
     }
 
     /// `None` until there are enough forecasts.

@@ -1,5 +1,7 @@
 //! The order in which samples are traced.
 
+use super::scatter::JUDGED;
+
 /// Which samples of every pixel are traced next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
@@ -26,17 +28,19 @@ pub enum Pass {
 pub(super) const COARSEST: u32 = 8;
 
 /// Samples that one pass adds at most, so that a pass is never long.
-const MAX_PER_PASS: u32 = 32;
+const MAX_PER_PASS: u32 = 16;
 
 impl Pass {
-    /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then up to 4 and 16
-    /// samples, then twice as many, then by 32: after each pass the picture is told and judged, and the fewer samples
-    /// of a pixel are traced together, the less alike their rays run. (1 to 16 in three passes took 1 % more than one.)
+    /// The passes of a render with this many samples a pixel: the lattices from coarse to fine, then up to 4, 8 and 16
+    /// samples, then by 16: after each pass the picture is told and judged, which costs as much as some samples. (By
+    /// four and up to 32 it is told less often, 1 % less in all at 16 samples, but forecasts then learn too late that
+    /// the machine has become slower, or, where they learn that within a pass, take what one part of a picture costs
+    /// for that.)
     pub fn sequence(samples: u32) -> Vec<Pass> {
         let mut passes = Self::lattices();
         let mut from = 1;
         while from < samples {
-            let to = if from < 16 { 4 * from } else { from + from.min(MAX_PER_PASS) }.min(samples);
+            let to = if from < JUDGED { JUDGED } else { from + from.min(MAX_PER_PASS) }.min(samples);
             passes.push(Pass::Refine { from, to });
             from = to;
         }
