@@ -5,7 +5,8 @@
 //! Samples are traced in packets: all their camera rays together, then the shadow rays of all surfaces toward one light
 //! after the other, then all mirrored rays with everything that follows from them, then all refracted rays. That is the
 //! order in which one sample alone would be traced, so every sum is made of the same numbers in the same order,
-//! whatever else is in the packet.
+//! whatever else is in the packet. Rays, surfaces and light lie in rows, number by number, and what is done with all of
+//! them are loops that become vector code ([`Task`](crate::bvh::Task)).
 //!
 //! [`sampler`] picks, once a render, the code that has just the terms and the arithmetic which the scene asks for.
 
