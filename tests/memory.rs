@@ -6,7 +6,7 @@
 #[allow(dead_code, reason = "the tests of the interface use the rest")]
 mod stage;
 
-use glimt::render::{Pass, RenderEvent, Settings, start};
+use glimt::render::{Pass, RenderEvent, Rooms, Settings, start_in};
 use glimt::tui::event::{Effect, Event};
 use stage::{Stage, scene};
 
@@ -28,6 +28,7 @@ fn ten_thousand_edits_leave_little_more_than_their_history() {
     }
     let mut stage = Stage::with(scene(), (80, 24));
     stage.press("/ s p h e r e Enter Esc");
+    let rooms = Rooms::default();
     let (first, mut after_a_thousand, mut at_the_end) = (Pass::sequence(1)[0], 0, u64::MAX);
     for number in 0..10_000 {
         // Along x and back: steps of undo, since the keys come slowly.
@@ -37,7 +38,8 @@ fn ten_thousand_edits_leave_little_more_than_their_history() {
         for effect in std::mem::take(&mut stage.effects) {
             if let Effect::Start(scene) = effect {
                 let threads = std::num::NonZeroUsize::MIN;
-                let render = start(scene, Settings { threads, ..Settings::default() });
+                // In the rooms of the renders before, as the program does.
+                let render = start_in(scene, Settings { threads, ..Settings::default() }, &rooms);
                 // Until the first picture is whole, which the next edit waits for.
                 for event in render.events() {
                     let is_whole = matches!(&event, RenderEvent::TileStarted { pass, .. } if *pass != first);

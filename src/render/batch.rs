@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 pub const BATCH: usize = 256;
 
 /// Samples that wait to be traced together, and what else a worker keeps so that tracing takes no memory.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Batch {
     points: FilmPoints,
     /// The pixels that they belong to, one after the other.
@@ -54,6 +54,25 @@ pub(super) struct Wanted {
 }
 
 impl Batch {
+    /// An empty one that traces in this room.
+    pub fn new(scratch: Scratch) -> Self {
+        Self {
+            points: FilmPoints::default(),
+            runs: Vec::new(),
+            samples: Vec::new(),
+            scratch,
+            window: Window::default(),
+            stale: Vec::new(),
+            untold: Duration::ZERO,
+            wanted: Vec::new(),
+        }
+    }
+
+    /// The room that it has traced in.
+    pub fn into_room(self) -> Scratch {
+        self.scratch
+    }
+
     /// Forgets the pixels that have got samples.
     pub fn clear(&mut self) {
         self.wanted.clear();

@@ -7,6 +7,7 @@ use super::event::{Cut, RenderError, RenderEvent, TileStats};
 use super::map::Map;
 use super::pass::{COARSEST, Pass};
 use super::rect::Rect;
+use super::rooms::Rooms;
 use super::round::Round;
 use super::scatter::JUDGED;
 use super::thin::thin;
@@ -111,8 +112,16 @@ impl Drop for RenderHandle {
 /// # Panics
 /// If `settings.tile_size` is not a multiple of 8.
 pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
+    start_in(scene, settings, &Rooms::default())
+}
+
+/// The same in rooms of earlier renders.
+///
+/// # Panics
+/// As [`start`].
+pub fn start_in(scene: Arc<Scene>, settings: Settings, rooms: &Rooms) -> RenderHandle {
     let (filter, sampler) = (Some(scene.render.filter), sampler(&scene));
-    launch(scene, settings, sampler, filter)
+    launch(scene, settings, sampler, filter, rooms)
 }
 
 /// Starts worker threads that tell something else than light: the pixels of the tiles hold what [`Probe`] says, found
@@ -122,10 +131,16 @@ pub fn start(scene: Arc<Scene>, settings: Settings) -> RenderHandle {
 /// As [`start`].
 pub fn start_probe(scene: Arc<Scene>, probe: Probe, settings: Settings) -> RenderHandle {
     let sampler = probe_sampler(&scene, probe);
-    launch(scene, settings, sampler, None)
+    launch(scene, settings, sampler, None, &Rooms::default())
 }
 
-fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Option<Filter>) -> RenderHandle {
+fn launch(
+    scene: Arc<Scene>,
+    settings: Settings,
+    sampler: Sampler,
+    filter: Option<Filter>,
+    rooms: &Rooms,
+) -> RenderHandle {
     assert!(is_valid_side(settings.tile_size), "tile size {} is not a multiple of 8", settings.tile_size);
     let begun = Instant::now();
     let (event_sender, events) = bounded(EVENTS_IN_FLIGHT);
@@ -144,6 +159,7 @@ fn launch(scene: Arc<Scene>, settings: Settings, sampler: Sampler, filter: Optio
         sampler,
         filter,
         map: OnceLock::new(),
+        rooms: rooms.clone(),
         scene,
         control: control.clone(),
         tiles: tiles.len(),
@@ -220,6 +236,7 @@ struct Shared {
     target: Option<f64>,
     /// Made by the first worker that needs it, so that the first coarse picture does not wait for it.
     map: OnceLock<Map>,
+    rooms: Rooms,
     control: Arc<Control>,
     tiles: usize,
     settings: Settings,
@@ -289,7 +306,7 @@ impl Worker {
     }
 
     fn work(&self) {
-        let mut batch = Batch::default();
+        let mut batch = Batch::new(self.shared.rooms.take());
         while let Ok(Some(job)) = self.queue.recv() {
             let done = match job.step {
                 Step::Listed(number) => self.pass(job.tiles, number, &mut batch),
@@ -297,9 +314,10 @@ impl Worker {
                 Step::Judge(number) => self.judge(job.tiles, number, &mut batch),
             };
             if let Err(Leave) = done {
-                return;
+                break;
             }
         }
+        self.shared.rooms.give(batch.into_room());
     }
 
     fn tracer(&self) -> Tracer<'_> {

@@ -8,7 +8,7 @@ use super::view::view;
 use crate::advice::advise;
 use crate::bvh::Isa;
 use crate::description::printable;
-use crate::render::{RenderHandle, Settings, start, start_probe};
+use crate::render::{RenderHandle, Rooms, Settings, start_in, start_probe};
 use crate::scene::{compile_for, recompile};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, never, select, unbounded};
 use ratatui::buffer::Buffer;
@@ -39,6 +39,8 @@ pub(super) struct Engine {
     /// Time after which a render ends.
     time: Option<Duration>,
     render: Option<RenderHandle>,
+    /// What renders are traced in.
+    rooms: Rooms,
     /// What is traced for a view of the picture.
     probe: Option<RenderHandle>,
     events: (Sender<Event>, Receiver<Event>),
@@ -60,6 +62,7 @@ impl Engine {
             settings,
             time,
             render: None,
+            rooms: Rooms::default(),
             probe: None,
             events: unbounded(),
             frame_due: Some(now),
@@ -167,7 +170,7 @@ impl Engine {
                 }
             }
             Effect::Start(scene) => {
-                let render = start(scene, self.settings);
+                let render = start_in(scene, self.settings, &self.rooms);
                 // A time too long for the clock never ends.
                 if let Some(deadline) = self.time.and_then(|time| Instant::now().checked_add(time)) {
                     render.finish_by(deadline);
