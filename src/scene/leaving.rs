@@ -73,8 +73,7 @@ impl<K: TreeKernels, const SHAPE: u8> Task for Leave<K, SHAPE> {
 
 impl Scene {
     /// For each ray of a range what [`Scene::intersect`] finds; quicker where that is the body that the ray starts in.
-    /// `body`: that, if it is known, by the number of
-    /// the ray.
+    /// `body`: that, if it is known, by the number of the ray.
     pub fn leave_packet<K: TreeKernels>(
         &self,
         rays: &RayPacket,
